@@ -1,0 +1,1 @@
+"""Predictors, and the loop that evaluates them on a release."""

@@ -1,0 +1,40 @@
+"""The built-in predictors by name."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Final
+
+from mpmworlds.baselines.black import Black
+from mpmworlds.baselines.copy_last import CopyLast
+from mpmworlds.baselines.oracle import Oracle
+from mpmworlds.baselines.protocol import Predictor
+
+PREDICTORS: Final[Mapping[str, Callable[[], Predictor]]] = MappingProxyType(
+    {"black": Black, "copy_last": CopyLast, "oracle": Oracle}
+)
+"""Name -> maker of the predictor."""
+
+
+def predictor_named(name: str) -> Predictor:
+    """Make a built-in predictor.
+
+    Parameters
+    ----------
+    name
+        A key of `PREDICTORS`.
+
+    Returns
+    -------
+    Predictor
+        A new predictor of that name.
+
+    Raises
+    ------
+    ValueError
+        If there is none (the message lists them).
+    """
+    if name not in PREDICTORS:
+        raise ValueError(
+            f"predictor {name!r}: unknown, must be one of {list(PREDICTORS)}"
+        )
+    return PREDICTORS[name]()

@@ -1,0 +1,266 @@
+"""The results file: one JSON line per sample and candidate, safe against any stop.
+
+Lines are appended whole samples at a time and synced to the disk, so a run that is
+killed loses at most the sample it was in, and the next run goes on from there. A file
+holds results of one provenance only.
+"""
+
+import fcntl
+import hashlib
+import json
+import logging
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO, Self
+
+from mpmworlds.metrics import VERSION, Row, definition
+
+log = logging.getLogger(__name__)
+
+
+class ResultsError(ValueError):
+    """A results file that this evaluation must not touch."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What all rows of a results file have in common."""
+
+    predictor: str
+    """Name of the predictor."""
+    config: str
+    """Configuration of the release, e.g. ``tiny``."""
+    split: str
+    """Split that the samples are from."""
+    release_sha256: str
+    """Digest of the release's list of checksums, which names every file of it."""
+    metrics_version: str
+    """Version of the metric definitions."""
+    constants_sha256: str
+    """Digest of the constants of the metrics."""
+
+    @classmethod
+    def of(cls, release: Path, predictor: str, config: str, split: str) -> Self:
+        """Return the provenance of results that are computed now."""
+        constants = json.dumps(definition(), sort_keys=True).encode()
+        return cls(
+            predictor=predictor,
+            config=config,
+            split=split,
+            release_sha256=hashlib.sha256(_checksums(release)).hexdigest(),
+            metrics_version=VERSION,
+            constants_sha256=hashlib.sha256(constants).hexdigest(),
+        )
+
+
+def _checksums(release: Path) -> bytes:
+    path = release / "SHA256SUMS"
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"{path}: missing, a release must list its files there; build the release "
+            "again or name the folder that holds it"
+        )
+    return path.read_bytes()
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one candidate came to on one sample."""
+
+    sample_id: str
+    """Evaluated sample."""
+    family_id: str
+    """Root parent of the sample."""
+    materials: list[str]
+    """Constitutive models in the scene, sorted."""
+    num_objects: int
+    """Number of objects in the scene."""
+    candidate: int
+    """Number of the candidate, 0 to ``candidates`` - 1."""
+    candidates: int
+    """How many candidates the sample has."""
+    outcome: str
+    """``ok``, or how the candidate failed."""
+    reason: str
+    """Why it failed; empty if it did not."""
+    continuation: dict[str, float] | None
+    """Scores of the continuation; None for a failure."""
+    prefix: dict[str, float] | None
+    """Scores of the predictor's own prefix; None if it gives none, or failed."""
+
+    def row(self, system: str, *, of_prefix: bool = False) -> Row:
+        """Return what the aggregate functions of the metrics take."""
+        return Row(
+            sample_id=self.sample_id,
+            family_id=self.family_id,
+            system=system,
+            candidate=self.candidate,
+            outcome=self.outcome,
+            scores=self.prefix if of_prefix else self.continuation,
+        )
+
+
+_RESULT_KEYS = tuple(field.name for field in fields(Result))
+
+
+def read_results(path: Path) -> tuple[Provenance, list[Result]]:
+    """Read a finished results file.
+
+    Parameters
+    ----------
+    path
+        A ``results.jsonl``.
+
+    Returns
+    -------
+    Provenance, list of Result
+        What the rows have in common, and the rows in the order of the file.
+
+    Raises
+    ------
+    ResultsError
+        If the file is empty, a line cannot be read, or provenances are mixed.
+    """
+    lines = path.read_bytes().splitlines()
+    if not lines:
+        raise ResultsError(f"{path}: empty, must hold at least one result")
+    rows = [_parse(path, number, line) for number, line in enumerate(lines, 1)]
+    provenance = Provenance(**{f.name: rows[0][f.name] for f in fields(Provenance)})
+    for number, row in enumerate(rows, 1):
+        _hold_to(provenance, path, number, row)
+    return provenance, [_result(row) for row in rows]
+
+
+def _parse(path: Path, number: int, line: bytes) -> dict[str, Any]:
+    try:
+        row = json.loads(line)
+    except ValueError as error:
+        raise ResultsError(
+            f"{path}: line {number} is no JSON ({error}); remove the file to start over"
+        ) from error
+    missing = {*_RESULT_KEYS, *(f.name for f in fields(Provenance))} - row.keys()
+    if missing:
+        raise ResultsError(f"{path}: line {number} has no {sorted(missing)}")
+    return dict(row)
+
+
+def _result(row: Mapping[str, Any]) -> Result:
+    return Result(**{key: row[key] for key in _RESULT_KEYS})
+
+
+def _hold_to(
+    provenance: Provenance, path: Path, number: int, row: Mapping[str, Any]
+) -> None:
+    for key, expected in asdict(provenance).items():
+        if row[key] != expected:
+            raise ResultsError(
+                f"{path}: line {number} has {key} = {row[key]!r}, must be "
+                f"{expected!r}; results of different evaluations do not mix: choose "
+                "another folder"
+            )
+
+
+class ResultsFile:
+    """A results file open for going on with, held by one process at a time.
+
+    Parameters
+    ----------
+    path
+        File to go on with. Made if it is not there.
+    provenance
+        What its rows must have in common with the new ones.
+
+    Raises
+    ------
+    ResultsError
+        If it holds other results, is damaged elsewhere than at its end, or is being
+        written by another process.
+    """
+
+    def __init__(self, path: Path, provenance: Provenance) -> None:
+        self.path = path
+        self.provenance = provenance
+        self._done: dict[str, list[Result]] = {}
+        self._stream: BinaryIO = path.open("a+b")
+        try:
+            self._lock()
+            self._recover()
+        except BaseException:
+            self._stream.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._stream.close()
+
+    def get(self, sample_id: str) -> list[Result] | None:
+        """Return the results of a sample, or None if it has not been evaluated."""
+        return self._done.get(sample_id)
+
+    def append(self, results: Sequence[Result]) -> None:
+        """Record all candidates of one sample; on return they are on the disk."""
+        common = asdict(self.provenance)
+        lines = [json.dumps(asdict(result) | common) + "\n" for result in results]
+        self._stream.write("".join(lines).encode())
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        self._done[results[0].sample_id] = list(results)
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise ResultsError(
+                f"{self.path}: another process is writing it; wait for it, or choose "
+                "another folder"
+            ) from error
+
+    def _recover(self) -> None:
+        """Read what is there, and cut off a sample that was not written whole."""
+        self._stream.seek(0)
+        end = whole = 0
+        pending: list[Result] = []
+        for number, line in enumerate(self._stream, 1):
+            if not line.endswith(b"\n"):
+                break
+            row = _parse(self.path, number, line)
+            _hold_to(self.provenance, self.path, number, row)
+            pending.append(_result(row))
+            self._hold_to_order(number, pending)
+            end += len(line)
+            if len(pending) == pending[0].candidates:
+                self._done[pending[0].sample_id] = pending
+                pending, whole = [], end
+        size = self._stream.seek(0, os.SEEK_END)
+        if whole < size:
+            log.warning(
+                "%s: the last sample was not written whole; its %d bytes are dropped, "
+                "and it is evaluated again",
+                self.path,
+                size - whole,
+            )
+            self._stream.truncate(whole)
+
+    def _hold_to_order(self, number: int, pending: Sequence[Result]) -> None:
+        """Raise unless the candidates of a sample follow each other, once."""
+        first, last = pending[0], pending[-1]
+        in_order = (
+            last.sample_id == first.sample_id
+            and last.candidate == len(pending) - 1
+            and last.sample_id not in self._done
+        )
+        if not in_order:
+            raise ResultsError(
+                f"{self.path}: line {number} is candidate {last.candidate} of "
+                f"{last.sample_id}, out of order; remove the file to start over"
+            )

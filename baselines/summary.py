@@ -1,0 +1,135 @@
+"""Results -> the summary that is published, and its table."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any, Final
+
+from mpmworlds.baselines.results import Provenance, Result
+from mpmworlds.baselines.slices import parts
+from mpmworlds.metrics import SCORED, Interval, Row, best_of_n, definition, summarise
+
+SCHEMA: Final = "mpmworlds-summary/1"
+
+
+def summarise_results(
+    provenance: Provenance, results: Sequence[Result]
+) -> dict[str, Any]:
+    """Summarise the results of one evaluation.
+
+    With several candidates per sample, each metric selects one by its value on the
+    prefix and is then taken on that candidate's continuation.
+
+    Parameters
+    ----------
+    provenance
+        What the results have in common.
+    results
+        All candidates of all samples, failures included.
+
+    Returns
+    -------
+    dict
+        JSON-serialisable, and a function of the results alone: no times, no paths.
+
+    Raises
+    ------
+    ValueError
+        If there are no results.
+    """
+    if not results:
+        raise ValueError(
+            f"evaluation of {provenance.predictor!r} on {provenance.config}/"
+            f"{provenance.split}: no sample to evaluate, must be at least one"
+        )
+    summary: dict[str, Any] = {
+        "schema": SCHEMA,
+        "provenance": asdict(provenance),
+        "definition": definition(),
+        "samples": len({result.sample_id for result in results}),
+        "candidates": len(results),
+        "outcomes": dict(sorted(Counter(r.outcome for r in results).items())),
+        "continuation": _metrics(results),
+    }
+    if all(result.prefix for result in results if result.outcome == "ok"):
+        summary["prefix"] = _metrics(results, of_prefix=True)
+    summary["slices"] = {
+        name: {part: _metrics(members) for part, members in table.items()}
+        for name, table in parts(results).items()
+    }
+    return summary
+
+
+def _metrics(results: Sequence[Result], *, of_prefix: bool = False) -> dict[str, Any]:
+    """Return, per metric, its direction and the two summaries of one system."""
+    table = {}
+    for name, metric in SCORED.items():
+        (summary,) = summarise(_selected(results, name, of_prefix), name).values()
+        table[name] = {
+            "direction": metric.direction,
+            "valid": asdict(summary.valid),
+            "failures_at_worst": asdict(summary.failures_at_worst),
+        }
+    return table
+
+
+def _selected(results: Sequence[Result], metric: str, of_prefix: bool) -> list[Row]:
+    """Return one row per sample, chosen by its prefix where there is a choice."""
+    scored = [result.row("", of_prefix=of_prefix) for result in results]
+    if all(result.candidates == 1 for result in results):
+        return scored
+    ranked = [result.row("", of_prefix=True) for result in results]
+    return best_of_n(ranked, scored, metric)
+
+
+def summary_table(summary: dict[str, Any]) -> str:
+    """Write a summary as a table for a terminal.
+
+    Parameters
+    ----------
+    summary
+        What `summarise_results` returned, or its JSON read back.
+
+    Returns
+    -------
+    str
+        One line per metric: mean +- standard error, 95 % interval and number of
+        samples, over the valid samples and with failures at the worst value.
+    """
+    origin = summary["provenance"]
+    outcomes = ", ".join(f"{n} {name}" for name, n in summary["outcomes"].items())
+    where = f"{origin['config']}/{origin['split']}"
+    lines = [
+        f"{origin['predictor']} on {where}, {origin['metrics_version']}",
+        f"{summary['samples']} samples, {summary['candidates']} candidates: {outcomes}",
+    ]
+    for part in ("continuation", "prefix"):
+        if part in summary:
+            lines += ["", *_table(part, summary[part])]
+    return "\n".join(lines) + "\n"
+
+
+def _table(title: str, metrics: dict[str, Any]) -> list[str]:
+    header = (title, "", "valid only", "95 %", "n", "failures worst", "95 %", "n")
+    rows = [header]
+    for name, entry in metrics.items():
+        cells = [name, entry["direction"]]
+        for kind in ("valid", "failures_at_worst"):
+            cells += _cells(Interval(**entry[kind]))
+        rows.append(tuple(cells))
+    widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    ]
+    return [line.rstrip() for line in lines]
+
+
+def _cells(interval: Interval) -> tuple[str, str, str]:
+    mean = "-" if interval.mean is None else f"{interval.mean:.4f}"
+    if interval.sem is not None:
+        mean += f" +- {interval.sem:.4f}"
+    bounds = "-"
+    if interval.low is not None and interval.high is not None:
+        bounds = f"[{interval.low:.4f}, {interval.high:.4f}]"
+    return mean, bounds, str(interval.n)

@@ -1,0 +1,204 @@
+"""The README of a release: YAML header, ``dataset_card.md``, fields and statistics.
+
+The header is what makes ``load_dataset`` work: without it the library guesses splits
+from file names and takes ``modification_validation`` for ``validation``.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import Any, Final
+
+from datasets import DatasetInfo, SplitDict, SplitInfo
+from datasets.info import DatasetInfosDict
+from datasets.utils.metadata import MetadataConfigs
+from huggingface_hub import DatasetCardData
+
+from mpmworlds.builder.features import (
+    RECIPE_COLUMNS,
+    RENDERED_COLUMNS,
+    recipe_features,
+    release_features,
+)
+from mpmworlds.builder.manifest import ManifestRow
+from mpmworlds.builder.statistics import count_scenes
+
+FIELDS_MARK: Final = "<!-- fields -->"
+STATISTICS_MARK: Final = "<!-- statistics -->"
+
+_SIZE_CATEGORIES: Final = (
+    (1_000, "n<1K"),
+    (10_000, "1K<n<10K"),
+    (100_000, "10K<n<100K"),
+    (1_000_000, "100K<n<1M"),
+)
+_TAGS: Final = [
+    "arxiv:2606.01538",
+    "physics",
+    "simulation",
+    "material-point-method",
+    "video-prediction",
+    "program-synthesis",
+]
+
+
+@dataclass
+class ConfigSize:
+    """How large a configuration is.
+
+    Attributes
+    ----------
+    name
+        Name of the configuration.
+    rendered
+        Whether it has programs and videos.
+    rows, num_bytes
+        Per split: number of rows, and of bytes in memory.
+    file_size
+        Bytes of all its files.
+    """
+
+    name: str
+    rendered: bool
+    rows: Counter[str] = field(default_factory=Counter)
+    num_bytes: Counter[str] = field(default_factory=Counter)
+    file_size: int = 0
+
+    def add(self, split: str, rows: int, num_bytes: int, file_size: int) -> None:
+        """Count one more shard."""
+        self.rows[split] += rows
+        self.num_bytes[split] += num_bytes
+        self.file_size += file_size
+
+
+def card_text(
+    rows: Sequence[ManifestRow], sizes: Sequence[ConfigSize], version: str
+) -> str:
+    """Return the README of a release.
+
+    Parameters
+    ----------
+    rows
+        The manifest.
+    sizes
+        The configurations, the default one first.
+    version
+        Version of the data.
+    """
+    body = files("mpmworlds").joinpath("dataset_card.md").read_text(encoding="utf-8")
+    body = body.replace(FIELDS_MARK, fields_table())
+    body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, version))
+    return f"---\n{header(rows, sizes, version)}---\n\n{body}"
+
+
+def header(
+    rows: Sequence[ManifestRow], sizes: Sequence[ConfigSize], version: str
+) -> str:
+    """Return the YAML that the Hub and ``load_dataset`` read, without its fences."""
+    data = DatasetCardData(
+        language="en",
+        license="cc-by-4.0",
+        pretty_name="MPMWorlds",
+        size_categories=next(
+            (name for limit, name in _SIZE_CATEGORIES if len(rows) < limit), "n>1M"
+        ),
+        tags=_TAGS,
+        task_categories=["other"],
+    )
+    infos = {size.name: _info(size, version) for size in sizes}
+    DatasetInfosDict(infos).to_dataset_card_data(data)
+    configs = {s.name: _config(s, version, s is sizes[0]) for s in sizes}
+    MetadataConfigs(configs).to_dataset_card_data(data)
+    return f"{data}\n"
+
+
+def _config(size: ConfigSize, version: str, is_default: bool) -> dict[str, Any]:
+    data_files = [
+        {"split": split, "path": f"data/{size.name}/{split}-*.arrow"}
+        for split in size.rows
+    ]
+    default = {"default": True} if is_default else {}
+    return {"version": version, "data_files": data_files, **default}
+
+
+def _info(size: ConfigSize, version: str) -> DatasetInfo:
+    splits = SplitDict(dataset_name="mpmworlds")
+    for split, count in size.rows.items():
+        splits.add(
+            SplitInfo(split, num_bytes=size.num_bytes[split], num_examples=count)
+        )
+    return DatasetInfo(
+        features=release_features() if size.rendered else recipe_features(),
+        splits=splits,
+        download_size=size.file_size,
+        dataset_size=size.num_bytes.total(),
+        version=version,
+    )
+
+
+def fields_table() -> str:
+    """Return the columns of a release as a Markdown table."""
+    lines = ["| field | type | meaning |", "|---|---|---|"]
+    for column in RECIPE_COLUMNS:
+        lines.append(
+            f"| `{column.name}` | {_type(column.feature)} | {column.meaning} |"
+        )
+    for column in RENDERED_COLUMNS:
+        kind = _type(column.feature)
+        lines.append(f"| `{column.name}` * | {kind} | {column.meaning} |")
+    return "\n".join([*lines, "", "\\* not in the configuration `recipes`"])
+
+
+def _type(feature: Any) -> str:  # features have no common type
+    inner = getattr(feature, "feature", None)
+    if inner is not None:
+        return f"list of {inner.dtype}"
+    return "video" if feature._type == "Video" else str(feature.dtype)
+
+
+def statistics_text(
+    rows: Sequence[ManifestRow], sizes: Iterable[ConfigSize], version: str
+) -> str:
+    """Return what a release holds, as Markdown counted from the manifest."""
+    found = count_scenes(rows)
+    listed = ", ".join(f"{n:,} {_PLURAL[kind]}" for kind, n in found.kinds.items())
+    intro = f"Data version {version}: {found.scenes:,} scenes of {found.families:,}"
+    spread = (
+        f"Objects per scene: median {found.median_objects:g}, mean "
+        f"{found.mean_objects:.1f}. {found.two_materials:.1%} of the scenes have two "
+        f"materials or more, {found.three_materials:.1%} three or more."
+    )
+    return "\n\n".join(
+        [
+            f"{intro} families ({listed}).",
+            _sizes_table(sizes),
+            spread,
+            _shares("material", found.materials, found.scenes),
+            _shares("object type", found.object_types, found.scenes),
+        ]
+    )
+
+
+_PLURAL: Final = {
+    "seed": "seeds",
+    "parent": "parents",
+    "child": "children",
+    "perturbation": "perturbations",
+}
+
+
+def _sizes_table(sizes: Iterable[ConfigSize]) -> str:
+    lines = ["| configuration | split | rows | MB |", "|---|---|---|---|"]
+    for size in sizes:
+        for split, rows in size.rows.items():
+            megabytes = size.num_bytes[split] / 1e6
+            lines.append(f"| `{size.name}` | `{split}` | {rows:,} | {megabytes:,.1f} |")
+    return "\n".join(lines)
+
+
+def _shares(noun: str, counts: Mapping[str, int], total: int) -> str:
+    lines = [f"| {noun} | scenes | share |", "|---|---|---|"]
+    for name, scenes in counts.items():
+        lines.append(f"| {name} | {scenes:,} | {scenes / total:.1%} |")
+    return "\n".join(lines)

@@ -1,0 +1,186 @@
+"""The manifest: one row per sample, with its scene, lineage, split and hashes.
+
+It is the dataset in a few megabytes: everything else in a release follows from it.
+"""
+
+import hashlib
+import io
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Final
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from mpmworlds.splits.atomic import write_atomically
+
+KINDS: Final = ("seed", "parent", "child", "perturbation")
+
+
+class ManifestError(ValueError):
+    """A file that is no manifest, or a manifest that contradicts itself."""
+
+
+@dataclass(frozen=True)
+class ManifestRow:
+    """One sample of the corpus.
+
+    Attributes
+    ----------
+    id
+        Stable name that says the lineage, e.g. ``p0123-c4-n07``.
+    kind
+        A member of ``KINDS``.
+    parent_id
+        Id of the row it was made from, "" for seeds and parents.
+    family_id
+        Id of the root, e.g. ``p0123``.
+    seeds
+        Names of the seed scenes it descends from.
+    edit
+        JSON of the operator that made it and its arguments, "" for seeds.
+    split
+        Name of the split it belongs to.
+    scene
+        YAML text of the scene.
+    materials, object_types
+        Distinct constitutive models and object types of the scene, sorted.
+    num_objects, num_materials
+        How many objects and distinct materials the scene has.
+    scene_sha256, program_sha256
+        SHA-256 of the scene text and of the program text that implements it.
+    """
+
+    id: str
+    kind: str
+    parent_id: str
+    family_id: str
+    seeds: tuple[str, ...]
+    edit: str
+    split: str
+    scene: str
+    materials: tuple[str, ...]
+    object_types: tuple[str, ...]
+    num_objects: int
+    num_materials: int
+    scene_sha256: str
+    program_sha256: str
+
+
+_WORDS = pa.list_(pa.string())
+_ARROW: Final = {"seeds": _WORDS, "materials": _WORDS, "object_types": _WORDS} | {
+    "num_objects": pa.int32(),
+    "num_materials": pa.int32(),
+}
+SCHEMA: Final = pa.schema(
+    [
+        pa.field(f.name, _ARROW.get(f.name, pa.string()), nullable=False)
+        for f in fields(ManifestRow)
+    ]
+)
+
+
+def text_sha256(text: str) -> str:
+    """Return the SHA-256 of a text's UTF-8 bytes, in hexadecimal."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def write_manifest(path: Path, rows: Sequence[ManifestRow]) -> None:
+    """Write a manifest as Parquet: the same bytes for the same rows.
+
+    Parameters
+    ----------
+    path
+        File to write. Its folder is made if it is not there.
+    rows
+        The samples, in the order in which they are to be released.
+
+    Raises
+    ------
+    ManifestError
+        If an id occurs twice, a kind is unknown, or a scene is not the one that
+        ``scene_sha256`` names.
+    """
+    _check_rows(rows, str(path))
+    table = pa.Table.from_pylist([asdict(row) for row in rows], schema=SCHEMA)
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer, compression="zstd", row_group_size=4096)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, buffer.getvalue())
+
+
+def read_manifest(path: Path) -> list[ManifestRow]:
+    """Read a manifest and check that it is one.
+
+    Parameters
+    ----------
+    path
+        File that ``write_manifest`` wrote.
+
+    Returns
+    -------
+    list of ManifestRow
+        The samples, in the order of the file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ManifestError
+        If the file is no Parquet file, has other columns, or contradicts itself.
+    """
+    try:
+        table = pq.read_table(path)
+    except pa.ArrowInvalid as error:
+        raise ManifestError(
+            f"{path}: no readable Parquet file ({error}); write the manifest again"
+        ) from error
+    _check_columns(table.schema, path)
+    rows = [_row_of(record) for record in table.to_pylist()]
+    _check_rows(rows, str(path))
+    return rows
+
+
+def _row_of(record: dict[str, object]) -> ManifestRow:
+    values = {k: tuple(v) if isinstance(v, list) else v for k, v in record.items()}
+    return ManifestRow(**values)  # type: ignore[arg-type]  # the schema was checked
+
+
+def _check_columns(found: pa.Schema, path: Path) -> None:
+    problems = [
+        f"column {name!r} is missing"
+        for name in SCHEMA.names
+        if name not in found.names
+    ]
+    for field in found:
+        if field.name not in SCHEMA.names:
+            problems.append(f"column {field.name!r} is unknown")
+        elif field.type != SCHEMA.field(field.name).type:
+            expected = SCHEMA.field(field.name).type
+            problems.append(
+                f"column {field.name!r} is {field.type}, must be {expected}"
+            )
+    if problems:
+        raise ManifestError(
+            f"{path}: {'; '.join(problems)}; write the manifest with this version of "
+            "mpmworlds"
+        )
+
+
+def _check_rows(rows: Sequence[ManifestRow], source: str) -> None:
+    seen = set()
+    for row in rows:
+        where = f"{source}: row {row.id!r}"
+        if row.id in seen:
+            raise ManifestError(f"{where}: occurs twice, ids must be unique")
+        seen.add(row.id)
+        if row.kind not in KINDS:
+            raise ManifestError(
+                f"{where}: kind = {row.kind!r}, must be one of {', '.join(KINDS)}"
+            )
+        if text_sha256(row.scene) != row.scene_sha256:
+            raise ManifestError(
+                f"{where}: the scene's sha256 is {text_sha256(row.scene)[:12]}..., "
+                f"scene_sha256 says {row.scene_sha256[:12]}...; plan the row again"
+            )

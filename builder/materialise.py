@@ -1,0 +1,229 @@
+"""Render the rows of a manifest into a store, on all cores, resumably.
+
+What is in the store already is left alone, so an interrupted run goes on where it
+stopped. A sample that fails is recorded with its reason and stops nothing else.
+"""
+
+import json
+import multiprocessing
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from tqdm import tqdm  # type: ignore[import-untyped]
+
+from mpmworlds.builder.disk import disk_errors_named
+from mpmworlds.builder.manifest import ManifestRow, text_sha256
+from mpmworlds.builder.store import Store
+from mpmworlds.sim.link import link
+from mpmworlds.sim.run import run
+from mpmworlds.sim.scene import Scene
+from mpmworlds.splits.atomic import write_atomically
+
+
+@dataclass(frozen=True)
+class Job:
+    """A program to render.
+
+    Attributes
+    ----------
+    id
+        Id of the sample.
+    program
+        The program text.
+    framerate
+        Frames per second of the video [1/s].
+    """
+
+    id: str
+    program: str
+    framerate: int
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A sample that was not rendered, and why."""
+
+    id: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Materialised:
+    """How many samples were rendered, were there before, and failed."""
+
+    rendered: int
+    reused: int
+    failures: tuple[Failure, ...]
+
+
+def job_of(row: ManifestRow) -> Job:
+    """Link the scene of a manifest row.
+
+    Parameters
+    ----------
+    row
+        The sample.
+
+    Returns
+    -------
+    Job
+        Its program.
+
+    Raises
+    ------
+    ValueError
+        If the linker writes another program than the manifest records.
+    """
+    scene = Scene.from_yaml(row.scene, source=row.id)
+    program = link(scene)
+    if text_sha256(program) != row.program_sha256:
+        raise ValueError(
+            f"{row.id}: the linked program's sha256 is {text_sha256(program)[:12]}..., "
+            f"the manifest says {row.program_sha256[:12]}...; the manifest is from "
+            "another version of mpmworlds: plan it again or use that version"
+        )
+    return Job(row.id, program, scene.output.framerate)
+
+
+def materialise(
+    rows: Iterable[ManifestRow], store: Store, failures_path: Path, workers: int = 0
+) -> Materialised:
+    """Render every row that the store lacks.
+
+    Parameters
+    ----------
+    rows
+        The samples.
+    store
+        Where the videos go.
+    failures_path
+        JSON Lines file of the samples that failed, {"id", "reason"} each; replaced.
+    workers
+        Number of processes, 0 for one per core.
+
+    Returns
+    -------
+    Materialised
+        Counts, and the failures sorted by id.
+
+    Raises
+    ------
+    DiskFullError
+        If the disk is full. Nothing half-written stays behind.
+    ValueError
+        If a manifest row does not link to the program that it records.
+    """
+    samples = list(rows)
+    jobs = (job_of(row) for row in samples)
+    return render(jobs, len(samples), store, failures_path, workers)
+
+
+def render(
+    jobs: Iterable[Job], total: int, store: Store, failures_path: Path, workers: int = 0
+) -> Materialised:
+    """Render programs that are linked already; ``materialise`` says the rest.
+
+    Parameters
+    ----------
+    jobs
+        The programs, taken one by one as processes become free.
+    total
+        How many there are, for the progress bar.
+    store, failures_path, workers
+        See ``materialise``.
+    """
+    failures: list[Failure] = []
+    rendered = reused = 0
+    failures_path.parent.mkdir(parents=True, exist_ok=True)
+    _write_failures(failures_path, failures)
+    with tqdm(total=total, desc="materialise", unit="sample") as bar:
+        for job, reason in _outcomes(jobs, store, workers or os.cpu_count() or 1):
+            if reason is None:
+                rendered += 1
+            elif reason == _REUSED:
+                reused += 1
+            else:
+                failures.append(Failure(job.id, reason))
+                _write_failures(failures_path, failures)
+            bar.update()
+    return Materialised(rendered, reused, tuple(sorted(failures, key=_id)))
+
+
+_REUSED = "is in the store"
+_ATTEMPTS = 2  # a process that is killed, e.g. for memory, may be another one's victim
+
+
+def _outcomes(
+    jobs: Iterable[Job], store: Store, workers: int
+) -> Iterator[tuple[Job, str | None]]:
+    """Yield each job with None, ``_REUSED`` or the reason of its failure."""
+    queue = ((job, 1) for job in jobs)
+    retries: list[tuple[Job, int]] = []
+    pool = _pool(workers)
+    running: dict[Future[str | None], tuple[Job, int]] = {}
+    try:
+        while True:
+            while len(running) < 2 * workers:
+                task = retries.pop() if retries else next(queue, None)
+                if task is None:
+                    break
+                if store.get(text_sha256(task[0].program)) is not None:
+                    yield task[0], _REUSED
+                else:
+                    running[pool.submit(_render, task[0], store)] = task
+            if not running:
+                return
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            if any(isinstance(f.exception(), BrokenProcessPool) for f in done):
+                pool.shutdown()
+                pool = _pool(workers)
+                done = set(running)
+            for future in done:
+                job, attempt = running.pop(future)
+                if not isinstance(future.exception(), BrokenProcessPool):
+                    yield job, future.result()
+                elif attempt < _ATTEMPTS:
+                    retries.append((job, attempt + 1))
+                else:
+                    yield job, "its process was killed, perhaps for lack of memory"
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(
+        workers, multiprocessing.get_context("spawn"), initializer=_one_thread
+    )
+
+
+def _one_thread() -> None:
+    # One process per core: threads of the video decoder would only get in the way.
+    os.environ["OPENCV_FFMPEG_THREADS"] = "1"
+
+
+def _render(job: Job, store: Store) -> str | None:
+    """Render one job in a worker; None, or the reason of its failure."""
+    try:
+        outcome = run(job.program)
+        if outcome.status != "ok":
+            return f"{outcome.status}: {outcome.message}"
+        store.put(job.program, outcome.frames, job.framerate)
+    except OSError:  # the machine's trouble, not the sample's
+        raise
+    except Exception as error:  # noqa: BLE001  # one sample must not stop the rest
+        return f"{type(error).__name__}: {error}"
+    return None
+
+
+def _write_failures(path: Path, failures: list[Failure]) -> None:
+    lines = [json.dumps(asdict(f)) + "\n" for f in sorted(failures, key=_id)]
+    with disk_errors_named(path):
+        write_atomically(path, "".join(lines).encode())
+
+
+def _id(failure: Failure) -> str:
+    return failure.id

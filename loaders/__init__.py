@@ -1,0 +1,1 @@
+"""Releases as data for models: the bare name, examples, clips."""

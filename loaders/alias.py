@@ -1,0 +1,87 @@
+"""Make ``load_dataset("mpmworlds")`` find a release, without importing ``datasets``.
+
+A name without an owner cannot be had on the Hub, so the name is looked up here. Only
+the one function of ``datasets`` that turns a path into a dataset is wrapped, when
+``datasets`` is imported; all that follows (streaming, column selection, several
+processes, ``get_dataset_config_names``) works as for any other path.
+"""
+
+import functools
+import sys
+from collections.abc import Callable, Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
+
+_MODULE: Final = "datasets.load"
+_FUNCTION: Final = "dataset_module_factory"
+_MARK: Final = "_mpmworlds_alias"
+
+
+def install() -> None:
+    """Teach ``datasets`` the name, now or as soon as it is imported. Idempotent."""
+    if _MODULE in sys.modules:
+        for name in (_MODULE, "datasets.inspect"):  # the latter has its own reference
+            if name in sys.modules:
+                _wrap(sys.modules[name])
+    elif not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Finder())
+
+
+class _Finder(MetaPathFinder):
+    """Finds ``datasets.load`` once, and has it wrapped when it has been executed."""
+
+    def find_spec(
+        self,
+        fullname: str,
+        path: Sequence[str] | None,
+        target: ModuleType | None = None,
+    ) -> ModuleSpec | None:
+        if fullname != _MODULE:
+            return None
+        sys.meta_path.remove(self)
+        spec = PathFinder.find_spec(fullname, path, target)
+        if spec is not None and spec.loader is not None:
+            spec.loader = _WrappingLoader(spec.loader)
+        return spec
+
+
+class _WrappingLoader(Loader):
+    """Executes a module with its own loader, then wraps the function in it."""
+
+    def __init__(self, loader: Loader) -> None:
+        self._loader = loader
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        return self._loader.create_module(spec)
+
+    def exec_module(self, module: ModuleType) -> None:
+        if module.__spec__ is not None:
+            module.__spec__.loader = self._loader
+        module.__loader__ = self._loader
+        self._loader.exec_module(module)
+        _wrap(module)
+
+
+def _wrap(module: ModuleType) -> None:
+    original: Callable[..., Any] = getattr(module, _FUNCTION)
+    if hasattr(original, _MARK):
+        return
+
+    @functools.wraps(original)
+    def dataset_module_factory(path: str, *args: Any, **kwargs: Any) -> Any:
+        # Here, because importing these costs more than `import mpmworlds` may.
+        from mpmworlds.loaders.integrity import check_release
+        from mpmworlds.loaders.locate import HUB_REPOSITORY, NAME, is_release, resolve
+
+        if str(path) == NAME:
+            # A revision is one of the Hub's: a local folder has none.
+            path = HUB_REPOSITORY if kwargs.get("revision") else resolve()
+        if is_release(Path(path)):
+            check_release(Path(path))
+        return original(path, *args, **kwargs)
+
+    setattr(dataset_module_factory, _MARK, True)
+    setattr(module, _FUNCTION, dataset_module_factory)

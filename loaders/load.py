@@ -1,0 +1,145 @@
+"""Examples of a release: what a model is shown, and what it is to predict."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import datasets
+from datasets.utils.metadata import MetadataConfigs
+from huggingface_hub import DatasetCard
+
+from mpmworlds.loaders.clips import Frames, reduce_clip, reduced_framerate, split_clip
+from mpmworlds.loaders.integrity import check_release
+from mpmworlds.loaders.locate import is_release, resolve
+from mpmworlds.sim.encode import decode_mp4
+from mpmworlds.splits.checksums import read_checksums
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A sample as it is evaluated.
+
+    Attributes
+    ----------
+    id
+        Id of the sample.
+    prefix, continuation
+        uint8 (T, N, N, 3), RGB: the frames with t <= 2.5 s, and the others.
+    framerate
+        Frames per second of both [1/s].
+    row
+        The other columns of the release: scene, program, lineage, hashes.
+    """
+
+    id: str
+    prefix: Frames
+    continuation: Frames
+    framerate: int
+    row: dict[str, Any]
+
+
+class Examples(Sequence[Example]):
+    """The examples of a split, decoded one by one when they are asked for.
+
+    Parameters
+    ----------
+    table
+        Rows of a release with the columns of ``mpmworlds.builder.features``.
+    """
+
+    def __init__(self, table: datasets.Dataset) -> None:
+        self.table = table
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return Examples(self.table.select(range(len(self))[index]))
+        return _example(self.table[index])
+
+    def __iter__(self) -> Iterator[Example]:
+        return (self[index] for index in range(len(self)))
+
+
+def load(
+    name_or_dir: str | Path = "tiny", split: str = "test", config: str | None = None
+) -> Examples:
+    """Load the examples of a split.
+
+    A local release is mapped into memory, not copied into the cache of ``datasets``,
+    and the files that are used are checked against SHA256SUMS.
+
+    Parameters
+    ----------
+    name_or_dir
+        Name of a configuration of the release that ``load_dataset("mpmworlds")`` finds,
+        or the folder of a release.
+    split
+        ``train``, ``modification_validation`` or ``test``.
+    config
+        Configuration, when a folder is named; its default one if left out.
+
+    Returns
+    -------
+    sequence of Example
+        Decoded one by one when they are asked for.
+
+    Raises
+    ------
+    ValueError
+        If the release has no such configuration or split, or both arguments name a
+        configuration.
+    ChecksumError
+        If a file of a local release is damaged.
+    """
+    if is_release(Path(name_or_dir)):
+        return Examples(_map(Path(name_or_dir), config, split))
+    if config is not None:
+        raise ValueError(
+            f"{name_or_dir}: is no release, so config = {config!r} cannot be one "
+            "of its; name the folder of a release, or the configuration alone"
+        )
+    place = resolve()
+    if is_release(Path(place)):
+        return Examples(_map(Path(place), str(name_or_dir), split))
+    return Examples(datasets.load_dataset(place, str(name_or_dir), split=split))
+
+
+def _map(root: Path, config: str | None, split: str) -> datasets.Dataset:
+    chosen = config or _default_config(root)
+    start = f"data/{chosen}/{split}-"
+    names = [name for name in sorted(read_checksums(root)) if name.startswith(start)]
+    if not names:
+        splits = sorted(
+            f"{Path(name).parent.name}/{Path(name).name.partition('-')[0]}"
+            for name in read_checksums(root)
+            if name.endswith(f"-00000-of-{name[-11:-6]}.arrow")
+        )
+        raise ValueError(
+            f"{root}: has no split {chosen}/{split}; it has {', '.join(splits)}"
+        )
+    check_release(root, names)
+    parts = [datasets.Dataset.from_file(str(root / name)) for name in names]
+    return datasets.concatenate_datasets(parts)
+
+
+def _default_config(root: Path) -> str:
+    card = DatasetCard.load(root / "README.md")
+    name = MetadataConfigs.from_dataset_card_data(card.data).get_default_config_name()
+    if name is None:
+        raise ValueError(f"{root}/README.md: names no default configuration; name one")
+    return str(name)
+
+
+def _example(row: dict[str, Any]) -> Example:
+    if "video" not in row:
+        raise ValueError(
+            f"{row['id']}: has no video; load another configuration than 'recipes'"
+        )
+    frames = decode_mp4(row["video"]["bytes"])
+    framerate = reduced_framerate(row["framerate"])
+    prefix, continuation = split_clip(reduce_clip(frames, row["framerate"]), framerate)
+    others = {name: value for name, value in row.items() if name != "video"}
+    return Example(row["id"], prefix, continuation, framerate, others)

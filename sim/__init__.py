@@ -1,0 +1,1 @@
+"""Scenes, the programs that simulate them, and their exact videos."""

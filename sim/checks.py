@@ -1,0 +1,233 @@
+"""Rules that no single field can see: layout, looks, stability, emission.
+
+Each check takes a scene and yields faults; a scene without faults can be linked and run.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.sim.fields import polygon_area
+from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.sim.palette import hue_deg, saturation
+from mpmworlds.sim.shapes import Outline
+
+if TYPE_CHECKING:
+    from mpmworlds.sim.scene import Scene
+
+COURANT = 0.6  # largest fraction of a cell that a wave or particle crosses in one step
+RASTER = 1024  # pixels per side at which overlaps are looked for
+HUE_STEP = 25.0  # least hue difference of two colours in one scene [deg]
+MOST_PARTICLES = 200_000
+LEAST_PARTICLES = 16
+COLLIDERS = ("static_collider", "kinematic_collider")
+MATERIAL_WORDS = (
+    *MATERIALS,
+    *("water", "honey", "jelly", "rigid", "plastic", "viscous", "rubber", "mud"),
+)
+
+
+def check_scene(scene: "Scene") -> list[str]:
+    """Every fault of a scene whose fields are valid one by one."""
+    return [fault for check in CHECKS for fault in check(scene)]
+
+
+def spacing(scene: "Scene") -> float:
+    """Distance between particles at rest [m]."""
+    sim = scene.simulation
+    return 1.0 / sim.grid_resolution / math.sqrt(sim.particles_per_cell)
+
+
+def jet_width(emitter: Any) -> float:
+    """Extent of an emitter's nozzle across its jet [m]."""
+    vx, vy = emitter.emission.velocity
+    angle = emitter.shape.angle() - math.atan2(vy, vx)
+    width, height = emitter.shape.size
+    return abs(width * math.sin(angle)) + abs(height * math.cos(angle))
+
+
+def fastest_step(scene: "Scene") -> tuple[float, str]:
+    """Largest stable time step [s] and the object that sets it (CFL condition)."""
+    dx = 1.0 / scene.simulation.grid_resolution
+    fall = math.sqrt(2.0 * math.hypot(*scene.environment.gravity))
+    speed = max([fall, *(_speed(thing) for thing in scene.objects)])
+    waves = [
+        (thing.physics_properties.wave_speed(), thing.name)
+        for thing in scene.objects
+        if thing.object_type not in COLLIDERS
+    ]
+    wave, name = max(waves)
+    return COURANT * dx / (wave + speed), name
+
+
+def _speed(thing: Any) -> float:
+    """Fastest prescribed speed of an object [m/s]."""
+    if thing.object_type == "emitter":
+        return math.hypot(*thing.emission.velocity)
+    if thing.object_type == "static_collider":
+        return 0.0
+    corners = np.concatenate(thing.shape.local_outline())
+    reach = float(np.linalg.norm(corners, axis=1).max())
+    if thing.object_type == "dynamic_body":
+        state = thing.initial_state
+        return math.hypot(*state.velocity) + abs(state.angular_velocity) * reach
+    if thing.kinematics.type == "rotate":
+        return abs(thing.kinematics.angular_velocity) * reach
+    return math.hypot(*thing.kinematics.velocity)
+
+
+def _label(scene: "Scene", i: int) -> str:
+    return f"objects[{i}] '{scene.objects[i].name}'"
+
+
+def _check_names(scene: "Scene") -> Iterator[str]:
+    names = [thing.name for thing in scene.objects]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            yield f"{_label(scene, i)}: name is taken; names must be unique"
+        word = next((w for w in MATERIAL_WORDS if w in name), None)
+        if word:
+            yield (
+                f"{_label(scene, i)}: name gives away '{word}'; use a neutral name "
+                f"such as 'object_{i}'"
+            )
+
+
+def _check_particles(scene: "Scene") -> Iterator[str]:
+    area, total = spacing(scene) ** 2, 0.0
+    for i, thing in enumerate(scene.objects):
+        if thing.object_type == "dynamic_body":
+            count = sum(map(polygon_area, thing.shape.local_outline())) / area
+            if count < LEAST_PARTICLES:
+                yield (
+                    f"{_label(scene, i)}: shape holds {count:.0f} particles, must hold "
+                    f">= {LEAST_PARTICLES}; enlarge it or raise grid_resolution"
+                )
+            total += count
+        elif thing.object_type == "emitter":
+            total += thing.emission.rate * (thing.emission.stop - thing.emission.start)
+    if all(thing.object_type in COLLIDERS for thing in scene.objects):
+        yield "objects hold no particles; add a dynamic_body or an emitter"
+    if total > MOST_PARTICLES:
+        yield (
+            f"objects hold {total:.0f} particles, must be <= {MOST_PARTICLES}; lower "
+            "grid_resolution, particles_per_cell or emission.rate"
+        )
+
+
+def _check_jets(scene: "Scene") -> Iterator[str]:
+    for i, thing in enumerate(scene.objects):
+        if thing.object_type != "emitter":
+            continue
+        speed = math.hypot(*thing.emission.velocity)
+        most = jet_width(thing) * speed / spacing(scene) ** 2
+        if thing.emission.rate > most:
+            yield (
+                f"{_label(scene, i)}: emission.rate = {thing.emission.rate:g}, must be "
+                f"<= {most:.0f} (width x speed / area of a particle), or the jet is "
+                "denser than its material; lower rate or raise size or velocity"
+            )
+
+
+def _check_output(scene: "Scene") -> Iterator[str]:
+    if scene.output.resolution % 2:
+        yield (
+            f"output.resolution = {scene.output.resolution}, must be even to be "
+            f"encoded; use {scene.output.resolution + 1}"
+        )
+
+
+def _check_stability(scene: "Scene") -> Iterator[str]:
+    if all(thing.object_type in COLLIDERS for thing in scene.objects):
+        return
+    bound, name = fastest_step(scene)
+    if scene.simulation.time_step_dt > bound:
+        yield (
+            f"simulation.time_step_dt = {scene.simulation.time_step_dt:g}, must be <= "
+            f"{bound:.3g} for '{name}' to be stable ({COURANT} cells per step); lower "
+            "it and raise substeps_per_frame, or soften the material"
+        )
+
+
+def _check_colors(scene: "Scene") -> Iterator[str]:
+    for (i, one), (j, other) in combinations(enumerate(scene.objects), 2):
+        a, b = one.visualization.color, other.visualization.color
+        if a == b or min(saturation(a), saturation(b)) < 0.2:
+            continue
+        apart = abs(hue_deg(a) - hue_deg(b))
+        if min(apart, 360.0 - apart) < HUE_STEP:
+            yield (
+                f"{_label(scene, j)}: color = '{b}' is too near to '{a}' of "
+                f"{_label(scene, i)}; take the same, or a hue {HUE_STEP:.0f} degrees away"
+            )
+
+
+def _poses(thing: Any) -> list[tuple[tuple[float, float], float]]:
+    """Displacements (shift [m], turn [rad]) between which an object moves."""
+    if thing.object_type != "kinematic_collider":
+        return [((0.0, 0.0), 0.0)]
+    if thing.kinematics.type == "rotate":
+        return [((0.0, 0.0), t) for t in np.linspace(0, 2 * np.pi, 24, endpoint=False)]
+    time = thing.kinematics.stop - thing.kinematics.start
+    vx, vy = thing.kinematics.velocity
+    return [((0.0, 0.0), 0.0), ((vx * time, vy * time), 0.0)]
+
+
+def _check_domain(scene: "Scene") -> Iterator[str]:
+    cell = 1.0 / scene.simulation.grid_resolution
+    for i, thing in enumerate(scene.objects):
+        collider = thing.object_type in COLLIDERS
+        edge = 0.0 if collider else scene.environment.walls.thickness_cells * cell
+        points = np.concatenate(
+            [
+                p
+                for shift, turn in _poses(thing)
+                for p in thing.shape.outline(shift, turn)
+            ]
+        )
+        low, high = float(points.min()), float(points.max())
+        if low < edge - 1e-9 or high > 1.0 - edge + 1e-9:
+            yield (
+                f"{_label(scene, i)}: shape reaches from {low:.3f} to {high:.3f} m"
+                f"{' on its way' if len(_poses(thing)) > 1 else ''}, must stay within "
+                f"[{edge:.3f}, {1.0 - edge:.3f}] m; move or shrink it"
+            )
+
+
+def _check_overlap(scene: "Scene") -> Iterator[str]:
+    covered = [raster(thing.shape.outline()) for thing in scene.objects]
+    for i, j in combinations(range(len(scene.objects)), 2):
+        if all(scene.objects[k].object_type in COLLIDERS for k in (i, j)):
+            continue
+        if (covered[i] & covered[j]).any():
+            yield (
+                f"{_label(scene, j)}: shape overlaps {_label(scene, i)} at the start; "
+                "move one of them"
+            )
+
+
+def raster(outline: Outline) -> npt.NDArray[np.bool_]:
+    """Pixels (RASTER, RASTER) whose whole neighbourhood an outline covers."""
+    import cv2  # here, because reading a schema should not load it
+
+    image = np.zeros((RASTER, RASTER), np.uint8)
+    for polygon in outline:
+        corners = np.rint(polygon * RASTER * 16 - 8).astype(np.int32)
+        cv2.fillPoly(image, [corners], 1, shift=4)
+    return cv2.erode(image, np.ones((3, 3), np.uint8)) > 0
+
+
+CHECKS: tuple[Callable[["Scene"], Iterator[str]], ...] = (
+    _check_names,
+    _check_particles,
+    _check_jets,
+    _check_output,
+    _check_stability,
+    _check_colors,
+    _check_domain,
+    _check_overlap,
+)

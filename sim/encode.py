@@ -1,0 +1,207 @@
+"""Frames to MP4 bytes and back without the loss of a single bit.
+
+H.264 at quantiser 0 stores YUV 4:4:4 losslessly; RGB -> YUV -> RGB is exact for the
+colours of ``mpmworlds.sim.palette``. So the decoded video *is* the simulation's frames,
+and it still plays in browsers and decodes with OpenCV alone.
+"""
+
+import hashlib
+import io
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import av
+import cv2
+import numpy as np
+import numpy.typing as npt
+from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
+
+from mpmworlds.sim.palette import BACKGROUND, name_of, nearest
+
+Frames = npt.NDArray[np.uint8]
+
+# Names the settings below in every content-addressed key: change both together.
+CODEC: Final = "h264-yuv444p-qp0-bt601-placebo-ref2-g60/1"
+
+# The bytes of x264 depend on its thread count. "placebo" with two reference frames is
+# half the size of "medium" on flat-colour clips at the same speed
+# (benchmarks/codec.py). A key frame every 60 makes random access cheap.
+_X264: Final = {
+    "preset": "placebo",
+    "refs": "2",
+    "qp": "0",
+    "g": "60",
+    "threads": "1",
+}
+_SMPTE170M: Final = 6
+_LIMITED_RANGE: Final = 1
+
+
+class ColorError(ValueError):
+    """Frames hold a colour that the codec does not give back unchanged."""
+
+
+def encode_mp4(frames: Frames, framerate: int) -> bytes:
+    """Encode flat-colour frames as lossless H.264 and prove it by decoding them.
+
+    Parameters
+    ----------
+    frames
+        uint8 (T, H, W, 3), RGB.
+    framerate
+        Frames per second [1/s].
+
+    Returns
+    -------
+    bytes
+        An MP4 file, the same bytes for the same frames.
+
+    Raises
+    ------
+    ColorError
+        If a colour does not survive; names the frame, the colour and its nearest
+        palette colour.
+    ValueError
+        If the array has another type or shape, or the frame rate is not positive.
+    """
+    _check_frames(frames)
+    if framerate < 1:
+        raise ValueError(f"framerate = {framerate}, must be at least 1 frame a second")
+    data = encode_unchecked(frames, framerate)
+    _check_survival(frames, decode_mp4(data))
+    return data
+
+
+def encode_unchecked(frames: Frames, framerate: int) -> bytes:
+    """Encode like ``encode_mp4``, without the proof that every colour survives.
+
+    Parameters
+    ----------
+    frames
+        uint8 (T, H, W, 3), RGB.
+    framerate
+        Frames per second [1/s].
+
+    Returns
+    -------
+    bytes
+        An MP4 file; colours outside the palette may come back changed by up to 2.
+    """
+    # The index can be moved to the front only in a file that is read back.
+    with tempfile.TemporaryDirectory(prefix="mpmworlds-") as folder:
+        path = Path(folder) / "clip.mp4"
+        options = {"movflags": "+faststart", "fflags": "+bitexact"}
+        with av.open(str(path), "w", format="mp4", options=options) as container:
+            stream = container.add_stream("libx264", rate=framerate, options=_X264)
+            _, stream.height, stream.width, _ = frames.shape
+            stream.pix_fmt = "yuv444p"
+            codec = stream.codec_context
+            codec.thread_count = 1
+            codec.colorspace = codec.color_primaries = codec.color_trc = _SMPTE170M
+            codec.color_range = _LIMITED_RANGE
+            for picture in _pictures(frames):
+                container.mux(stream.encode(picture))
+            container.mux(stream.encode(None))
+        return path.read_bytes()
+
+
+def decode_mp4(data: bytes) -> Frames:
+    """Decode an MP4 file held in memory.
+
+    Parameters
+    ----------
+    data
+        A file as ``encode_mp4`` returns it (any video that OpenCV decodes will do).
+
+    Returns
+    -------
+    ndarray
+        uint8 (T, H, W, 3), RGB.
+
+    Raises
+    ------
+    ValueError
+        If the bytes hold no decodable video.
+    """
+    frames = list(iter_mp4(data))
+    return np.stack(frames)
+
+
+def iter_mp4(data: bytes) -> Iterator[Frames]:
+    """Yield the frames of an MP4 file one at a time, uint8 (H, W, 3), RGB.
+
+    Raises
+    ------
+    ValueError
+        If the bytes hold no decodable video.
+    """
+    # No explicit release(): it drops the last reference to the source without holding
+    # the interpreter lock, and OpenCV 5 crashes. Leaving the function is enough.
+    source: Any = io.BytesIO(data)  # OpenCV's type stub asks for its own reader class
+    video = cv2.VideoCapture(source, cv2.CAP_FFMPEG, [])
+    found, frame = video.read()
+    if not found:
+        raise ValueError(
+            f"{len(data)} bytes hold no decodable video: the data is truncated or "
+            "corrupt; fetch or render it again"
+        )
+    while found:
+        yield cv2.cvtColor(frame, cv2.COLOR_BGR2RGB).astype(np.uint8, copy=False)
+        found, frame = video.read()
+
+
+def frames_sha256(frames: Frames) -> str:
+    """Return the SHA-256 of the shape and the RGB values of a clip, in hexadecimal.
+
+    Parameters
+    ----------
+    frames
+        uint8 (T, H, W, 3), RGB.
+
+    Raises
+    ------
+    ValueError
+        If the array has another type or shape.
+    """
+    _check_frames(frames)
+    digest = hashlib.sha256(f"uint8 {frames.shape}\n".encode())
+    digest.update(np.ascontiguousarray(frames).data)
+    return digest.hexdigest()
+
+
+def _check_frames(frames: Frames) -> None:
+    if frames.dtype != np.uint8 or frames.ndim != 4 or frames.shape[-1] != 3:
+        raise ValueError(
+            f"frames are {frames.dtype} {frames.shape}, must be uint8 (T, H, W, 3)"
+        )
+    if 0 in frames.shape:
+        raise ValueError(f"frames have shape {frames.shape}, no axis may be empty")
+
+
+def _pictures(frames: Frames) -> Iterator[av.VideoFrame]:
+    to_yuv = VideoReformatter()
+    for frame in frames:
+        yield to_yuv.reformat(
+            av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24"),
+            format="yuv444p",
+            src_color_range=ColorRange.JPEG,
+            dst_colorspace=Colorspace.ITU601,
+            dst_color_range=ColorRange.MPEG,
+        )
+
+
+def _check_survival(sent: Frames, received: Frames) -> None:
+    if sent.shape != received.shape:
+        raise ColorError(f"{sent.shape} frames were decoded as {received.shape}")
+    changed = np.argwhere((sent != received).any(axis=-1))
+    if not len(changed):
+        return
+    index, row, column = (int(i) for i in changed[0])
+    color = "#{:02X}{:02X}{:02X}".format(*sent[index, row, column])
+    raise ColorError(
+        f"frame {index}: colour {color} at row {row}, column {column} does not survive "
+        f"the codec; draw with palette colours on {BACKGROUND}, the nearest is "
+        f"{nearest(color)} ({name_of(color)})"
+    )

@@ -1,0 +1,86 @@
+"""Errors of scenes: which file, object, field and value break which rule."""
+
+from typing import Any
+
+from pydantic import ValidationError
+
+RULES = {
+    "greater_than": "must be > {gt}",
+    "greater_than_equal": "must be >= {ge}",
+    "less_than": "must be < {lt}",
+    "less_than_equal": "must be <= {le}",
+    "literal_error": "must be {expected}",
+    "finite_number": "must be a finite number",
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "string_type": "must be text in quotes",
+    "tuple_type": "must be a list",
+    "model_type": "must be a mapping",
+    "model_attributes_type": "must be a mapping",
+    "too_short": "needs at least {min_length} entries",
+    "too_long": "takes at most {max_length} entries",
+    "string_pattern_mismatch": "must match {pattern}",
+    "union_tag_invalid": "must be one of {expected_tags}",
+}
+
+
+class SceneError(ValueError):
+    """A scene that is not valid; `faults` holds one line for each thing wrong."""
+
+    def __init__(self, source: str, faults: list[str]) -> None:
+        self.source = source
+        self.faults = faults
+        super().__init__("\n".join(f"{source}: {fault}" for fault in faults))
+
+
+def describe(error: ValidationError, data: Any) -> list[str]:
+    """One line for each fault that pydantic found in `data`."""
+    return [_line(fault, data) for fault in error.errors()]
+
+
+def _line(fault: Any, data: Any) -> str:
+    keys, where, node = [], "", data
+    for step in fault["loc"]:
+        if isinstance(node, dict) and step in node:
+            node = node[step]
+        elif isinstance(node, list | tuple) and isinstance(step, int):
+            node = node[step] if step < len(node) else None
+        elif isinstance(node, dict) and step in _tags(node):
+            continue  # pydantic names the variant of a union; the file does not
+        else:
+            node = None
+        keys.append(step)
+    if len(keys) > 1 and keys[0] == "objects":
+        thing = data["objects"][keys[1]]
+        name = thing.get("name") if isinstance(thing, dict) else None
+        where = f"objects[{keys[1]}]" + (f" '{name}'" if name else "") + ": "
+        keys = keys[2:]
+    field = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys)[1:]
+    return where + _fault(fault, field or "object", node)
+
+
+def _tags(node: dict[str, Any]) -> set[Any]:
+    return {
+        node.get(key)
+        for key in ("type", "object_type", "constitutive_model")
+        if isinstance(node.get(key), str)
+    }
+
+
+def _fault(fault: Any, field: str, value: Any) -> str:
+    kind, context = fault["type"], fault.get("ctx", {})
+    if kind == "missing":
+        return f"{field} is missing; add it"
+    if kind == "extra_forbidden":
+        return f"{field} is not a known key; remove it or check its spelling"
+    if kind == "union_tag_not_found":
+        key = context["discriminator"].strip("'")
+        return f"{field}.{key} is missing; it says which kind of {field} this is"
+    if kind == "union_tag_invalid":
+        key = context["discriminator"].strip("'")
+        field, value = f"{field}.{key}", context["tag"]
+    if kind == "value_error":
+        rule = str(context["error"])
+        return rule if rule.startswith(field) else f"{field} = {value!r}, {rule}"
+    rule = RULES[kind].format(**context) if kind in RULES else fault["msg"]
+    return f"{field} = {value!r}, {rule}"

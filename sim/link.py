@@ -1,0 +1,232 @@
+"""The linker: from a scene to the text of its standalone program.
+
+`skeleton.py` is a complete program. Between `# region NAME` and `# endregion` stands
+what depends on the scene; `emit` writes it anew. Text in a `# region if FEATURE` stays
+only where the scene has the feature. The functions that the result uses are pasted from
+`physics`, as they stand there, in place of the imports.
+"""
+
+import ast
+import builtins
+import re
+import symtable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from mpmworlds.sim import emit
+from mpmworlds.sim.scene import SCHEMA, Scene
+
+REGIONS: dict[str, Callable[[Scene], str]] = {
+    "scene": emit.emit_scene,
+    "shapes": emit.emit_shapes,
+    "materials": emit.emit_materials,
+    "motion": emit.emit_motion,
+}
+MARK = re.compile(r"^( *)# (region (.*)|endregion)$")
+MATH = "from taichi.math import "
+
+
+class LinkError(ValueError):
+    """A program that would not run: it uses a name that nothing defines."""
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of the physics library: its text and the names it uses."""
+
+    name: str
+    text: str
+    uses: frozenset[str]
+
+
+def link(scene: Scene) -> str:
+    """Text of the standalone program of a scene; a pure function.
+
+    Parameters
+    ----------
+    scene : Scene
+        A validated scene.
+
+    Returns
+    -------
+    str
+        ASCII text of a Python file, formatted, with the `frames()` generator.
+
+    Raises
+    ------
+    LinkError
+        If the text uses a name that is not defined.
+    """
+    body = "".join(_fill(scene))
+    library = _library()
+    needed = _closure(_names(body), library)
+    functions = [library[name].text for name in library if name in needed]
+    body = body.replace("# physics\n", "\n\n".join(functions))
+    body = _blank_lines(_imports(body))
+    missing = unresolved(body)
+    if missing:
+        raise LinkError(f"the program uses undefined names: {', '.join(missing)}")
+    return body
+
+
+def read_scene(program: str, source: str = "program.py") -> Scene:
+    """The scene that a linked program implements, read from its constants."""
+    constants: dict[str, Any] = {"schema": SCHEMA}
+    wanted = {name.upper(): name for name in emit.SECTIONS}
+    for node in ast.parse(program).body:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            name = node.targets[0].id
+            if name in wanted:
+                constants[wanted[name]] = _plain(node.value)
+    return Scene.from_data(constants, source)
+
+
+def _plain(node: ast.expr) -> Any:
+    """Value of a literal in which mappings are written as dict(key=value)."""
+    if (
+        isinstance(node, ast.Call)
+        and ast.unparse(node.func) == "dict"
+        and not node.args
+    ):
+        return {str(pair.arg): _plain(pair.value) for pair in node.keywords}
+    if isinstance(node, ast.List):
+        return [_plain(item) for item in node.elts]
+    return ast.literal_eval(node)
+
+
+def unresolved(program: str) -> list[str]:
+    """Global names that a program uses but never binds."""
+    table = symtable.symtable(program, "program.py", "exec")
+    bound = {s.get_name() for s in table.get_symbols() if s.is_assigned()}
+    bound |= {s.get_name() for s in table.get_symbols() if s.is_imported()}
+    used: set[str] = set()
+    tables = [table]
+    while tables:
+        scope = tables.pop()
+        tables += scope.get_children()
+        used |= {s.get_name() for s in scope.get_symbols() if s.is_global()}
+        if scope is table:
+            used |= {s.get_name() for s in scope.get_symbols() if s.is_referenced()}
+    return sorted(used - bound - set(dir(builtins)) - {"__name__"})
+
+
+def features(scene: Scene) -> set[str]:
+    """Which conditional regions a scene needs."""
+    kinds = {thing.object_type for thing in scene.objects}
+    names = {"dynamic_body": "body", "emitter": "emitter"}
+    found = {names[kind] for kind in kinds if kind in names}
+    if kinds & {"static_collider", "kinematic_collider"}:
+        found.add("collider")
+    if "kinematic_collider" in kinds:
+        found.add("moving")
+    return found
+
+
+@cache
+def _skeleton() -> list[str]:
+    text = files("mpmworlds.sim").joinpath("skeleton.py").read_text("ascii")
+    return text.splitlines(keepends=True)
+
+
+@cache
+def _library() -> dict[str, Function]:
+    """Functions of the physics library, in an order in which each follows its uses."""
+    found: dict[str, Function] = {}
+    folder = files("mpmworlds.sim").joinpath("physics")
+    names = sorted(entry.name for entry in folder.iterdir())
+    for name in (name for name in names if name.endswith(".py")):
+        text = folder.joinpath(name).read_text("ascii")
+        lines = text.splitlines(keepends=True)
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.FunctionDef):
+                first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+                source = "".join(lines[first - 1 : node.end_lineno])
+                found[node.name] = Function(node.name, source, _names(source))
+    ordered: dict[str, Function] = {}
+    for name in sorted(found):
+        _visit(name, found, ordered)
+    return ordered
+
+
+def _visit(name: str, found: dict[str, Function], ordered: dict[str, Function]) -> None:
+    if name in ordered:
+        return
+    for used in sorted(found[name].uses & found.keys() - {name}):
+        _visit(used, found, ordered)
+    ordered[name] = found[name]
+
+
+def _closure(names: frozenset[str], library: dict[str, Function]) -> set[str]:
+    needed: set[str] = set()
+    waiting = sorted(names & library.keys())
+    while waiting:
+        name = waiting.pop()
+        if name not in needed:
+            needed.add(name)
+            waiting += sorted(library[name].uses & library.keys())
+    return needed
+
+
+def _names(text: str) -> frozenset[str]:
+    return frozenset(
+        node.id
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
+    )
+
+
+def _fill(scene: Scene) -> Iterator[str]:
+    """Lines of the skeleton with its regions filled in for a scene."""
+    found = features(scene)
+    keep = True
+    for line in _skeleton():
+        mark = MARK.match(line)
+        if not mark:
+            if keep:
+                yield line
+            continue
+        name = mark.group(3)
+        keep = name is None
+        if name and name.startswith("if "):
+            keep = name[3:] in found
+        elif name == "physics":
+            yield "# physics\n"
+        elif name in REGIONS and (name != "motion" or "moving" in found):
+            yield REGIONS[name](scene)
+
+
+def _imports(text: str) -> str:
+    """Drop our own imports, and the names of taichi.math that are not used."""
+    used = _names(text)
+    lines = []
+    for line in text.splitlines(keepends=True):
+        if line.startswith(MATH):
+            names = [n for n in line[len(MATH) :].strip().split(", ") if n in used]
+            line = MATH + ", ".join(names) + "\n"
+        if not line.startswith("from mpmworlds."):
+            lines.append(line)
+    return "".join(lines)
+
+
+def _blank_lines(text: str) -> str:
+    """Set blank lines as the formatter does: two around definitions, else up to one."""
+    lines: list[str] = []
+    in_definition = False
+    for line in _single_blanks(text):
+        starts = line.startswith(("def ", "@"))
+        decorated = bool(lines) and lines[-1].startswith("@")
+        if not line.startswith((" ", ")", "\n")):
+            if (starts or in_definition) and lines and not decorated:
+                while lines[-1] == "\n":
+                    lines.pop()
+                lines += ["\n", "\n"]
+            in_definition = starts or (in_definition and decorated)
+        lines.append(line)
+    return "".join(lines)
+
+
+def _single_blanks(text: str) -> list[str]:
+    return re.sub(r"\n{3,}", "\n\n", text).splitlines(keepends=True)

@@ -1,0 +1,1 @@
+"""The only formulas of the solver: Taichi functions that programs are linked from."""

@@ -1,0 +1,57 @@
+"""Signed distance [m] and outward normal of shapes, in the frame of the shape.
+
+Every function returns (d, nx, ny): d < 0 inside.
+"""
+
+import taichi as ti
+from taichi.math import cconj, cmul, vec2, vec3
+
+
+@ti.func
+def sd_box(p, size):
+    """Box of width and height `size` [m] around the origin."""
+    q = abs(p) - 0.5 * vec2(size)
+    side = ti.select(p < 0.0, -1.0, 1.0)
+    out = ti.max(q, 0.0)
+    far = out.norm()
+    n = side * vec2(ti.select(q.x > q.y, 1.0, 0.0), ti.select(q.x > q.y, 0.0, 1.0))
+    if far > 0.0:
+        n = side * out / far
+    return vec3(far + ti.min(q.max(), 0.0), n)
+
+
+@ti.func
+def sd_circle(p, radius):
+    """Disc of the given radius [m] around the origin."""
+    r = p.norm()
+    return vec3(r - radius, p / ti.max(r, 1e-9))
+
+
+@ti.func
+def sd_polygon(p, vertices: ti.template()):
+    """Simple polygon with vertices [[x, y], ...] [m], in either winding."""
+    nearest = vec2(1e9, 0.0)
+    inside = 1.0
+    for i in ti.static(range(len(vertices))):
+        start, end = vec2(vertices[i - 1]), vec2(vertices[i])
+        edge, w = end - start, p - start
+        w -= edge * ti.min(ti.max(w.dot(edge) / edge.dot(edge), 0.0), 1.0)
+        if w.dot(w) < nearest.dot(nearest):
+            nearest = w
+        if (start.y > p.y) != (end.y > p.y):
+            if p.x < start.x + (p.y - start.y) * edge.x / edge.y:
+                inside = -inside
+    d = nearest.norm()
+    return vec3(inside * d, inside * nearest / ti.max(d, 1e-9))
+
+
+@ti.func
+def sd_fan(p, blade_count, blade_length, thickness):
+    """Straight round-ended blades of the given length and thickness [m] from a hub."""
+    sector = 2.0 * ti.math.pi / blade_count
+    angle = sector * ti.round(ti.atan2(p.y, p.x) / sector)
+    turn = vec2(ti.cos(angle), ti.sin(angle))
+    q = cmul(p, cconj(turn))
+    q.x -= ti.min(ti.max(q.x, 0.0), blade_length)
+    r = q.norm()
+    return vec3(r - 0.5 * thickness, cmul(turn, q) / ti.max(r, 1e-9))

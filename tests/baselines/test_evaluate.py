@@ -1,0 +1,217 @@
+"""The loop: every sample ends in a typed outcome, and any stop can be gone on from."""
+
+import json
+import pickle
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from mpmworlds.baselines.black import Black
+from mpmworlds.baselines.copy_last import CopyLast
+from mpmworlds.baselines.evaluate import evaluate_examples, score_example
+from mpmworlds.baselines.protocol import Candidate, Failure
+from mpmworlds.baselines.results import ResultsError, read_results
+from mpmworlds.metrics import SCORED
+
+
+class Answers:
+    """Gives prepared answers; an exception among them is raised."""
+
+    name = "copy_last"
+
+    def __init__(self, *answers):
+        self.answers = answers
+        self.tasks = []
+
+    def predict(self, task):
+        self.tasks.append(task)
+        for answer in self.answers:
+            if isinstance(answer, Exception):
+                raise answer
+        return self.answers
+
+
+@pytest.fixture
+def examples(make_example):
+    return [make_example(f"p{number:04d}") for number in range(5)]
+
+
+def run(examples, predictor, provenance, folder):
+    path = evaluate_examples(examples, predictor, provenance, folder, progress=False)
+    return json.loads(path.read_text())
+
+
+def test_copying_is_perfect_where_nothing_moves(make_example):
+    (result,) = score_example(make_example(speed=0), CopyLast())
+    assert result.outcome == "ok"
+    assert result.continuation == dict.fromkeys(SCORED, 0.0) | {"mask_iou": 1.0}
+
+
+def test_copying_is_imperfect_where_something_moves(make_example):
+    (result,) = score_example(make_example(), CopyLast())
+    assert 0 < result.continuation["mask_iou"] < 0.7
+    assert result.continuation["wmae"] > 0.5
+
+
+def test_black_has_the_worst_overlap_and_collapses(make_example):
+    (result,) = score_example(make_example(), Black())
+    assert result.continuation["mask_iou"] == 0
+    assert result.continuation["collapse"] == 1
+    assert result.continuation["color_tv"] == 1
+
+
+def test_predictor_gets_neither_continuation_nor_video(make_example):
+    predictor = Answers(Failure("none", ""))
+    example = make_example()
+    score_example(example, predictor)
+    (task,) = predictor.tasks
+    assert "video" not in task.row
+    assert not hasattr(task, "continuation")
+    assert (task.horizon, task.framerate) == (10, 15)
+    np.testing.assert_array_equal(task.prefix, example.prefix)
+
+
+CONTINUATION = np.zeros((10, 32, 32, 3), np.uint8)
+PREFIX = CONTINUATION[:6]
+
+
+@pytest.mark.parametrize(
+    ("answers", "outcome", "reason"),
+    [
+        ([], "no_candidate", "no candidate"),
+        ([RuntimeError("out of luck")], "exception", "RuntimeError: out of luck"),
+        ([Failure("timeout", "60 s")], "timeout", "60 s"),
+        ([Candidate(CONTINUATION[1:])], "wrong_shape", r"(9, 32, 32, 3), must be (10,"),
+        ([Candidate(CONTINUATION / 255)], "wrong_type", "float64, must be"),
+        ([Candidate([[0]])], "wrong_type", "list, must be"),
+        ([Candidate(CONTINUATION, PREFIX[1:])], "wrong_shape", "prefix has shape"),
+    ],
+)
+def test_failure_is_a_typed_outcome_without_scores(
+    make_example, answers, outcome, reason
+):
+    (result,) = score_example(make_example(), Answers(*answers))
+    assert result.outcome == outcome
+    assert reason in result.reason
+    assert result.continuation is None
+    assert result.prefix is None
+
+
+def test_interruption_by_the_user_is_no_outcome(make_example):
+    class Interrupted(CopyLast):
+        def predict(self, task):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        score_example(make_example(), Interrupted())
+
+
+def test_several_candidates_need_a_prefix_each(make_example):
+    both = [Candidate(CONTINUATION, PREFIX), Candidate(CONTINUATION)]
+    results = score_example(make_example(), Answers(*both))
+    assert [result.outcome for result in results] == ["ok", "no_prefix"]
+    assert [result.candidate for result in results] == [0, 1]
+
+
+def test_candidate_is_selected_by_its_prefix(make_example, provenance, tmp_path):
+    example = make_example()
+    good_late = Candidate(example.continuation, PREFIX)
+    good_early = Candidate(CONTINUATION, example.prefix)
+    summary = run([example], Answers(good_late, good_early), provenance, tmp_path)
+    assert summary["continuation"]["mask_iou"]["valid"]["mean"] == 0
+    assert summary["prefix"]["mask_iou"]["valid"]["mean"] == 1
+    assert (summary["samples"], summary["candidates"]) == (1, 2)
+
+
+def test_failed_samples_count_at_the_worst_value(make_example, provenance, tmp_path):
+    class OnlyEven(CopyLast):
+        def predict(self, task):
+            if int(task.id[1:]) % 2:
+                return [Failure("odd", "an odd sample")]
+            return super().predict(task)
+
+    still = [make_example(f"p{number:04d}", speed=0) for number in range(4)]
+    summary = run(still, OnlyEven(), provenance, tmp_path)
+    assert summary["outcomes"] == {"odd": 2, "ok": 2}
+    overlap = summary["continuation"]["mask_iou"]
+    assert (overlap["valid"]["mean"], overlap["valid"]["n"]) == (1.0, 2)
+    worst = overlap["failures_at_worst"]
+    assert (worst["mean"], worst["n"]) == (0.5, 4)
+
+
+def test_files_depend_on_the_results_alone(examples, provenance, tmp_path):
+    for name in ("one", "two"):
+        run(examples, CopyLast(), provenance, tmp_path / name)
+    for file in ("results.jsonl", "summary.json", "summary.txt"):
+        one, two = ((tmp_path / name / file).read_bytes() for name in ("one", "two"))
+        assert one == two
+
+
+def test_done_samples_are_not_computed_again(examples, provenance, tmp_path):
+    run(examples[:3], CopyLast(), provenance, tmp_path)
+    predictor = Answers(Failure("late", ""))
+    summary = run(examples, predictor, provenance, tmp_path)
+    assert [task.id for task in predictor.tasks] == ["p0003", "p0004"]
+    assert summary["outcomes"] == {"late": 2, "ok": 3}
+
+
+def test_summary_covers_the_examples_asked_for(examples, provenance, tmp_path):
+    run(examples, CopyLast(), provenance, tmp_path)
+    assert run(examples[:2], CopyLast(), provenance, tmp_path)["samples"] == 2
+
+
+KILLED_HALFWAY = """
+import os, pickle, signal, sys
+from pathlib import Path
+from mpmworlds.baselines.copy_last import CopyLast
+from mpmworlds.baselines.evaluate import evaluate_examples
+
+class Killed(CopyLast):
+    def predict(self, task):
+        if task.id == "p0003":
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().predict(task)
+
+examples, provenance, folder = pickle.load(sys.stdin.buffer)
+evaluate_examples(examples, Killed(), provenance, folder, progress=False)
+"""
+
+
+def test_killed_evaluation_goes_on_to_the_same_files(examples, provenance, tmp_path):
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    run(examples, CopyLast(), provenance, whole)
+    child = subprocess.run(
+        [sys.executable, "-c", KILLED_HALFWAY],
+        input=pickle.dumps((examples, provenance, killed)),
+    )
+    assert child.returncode == -signal.SIGKILL
+    _, results = read_results(killed / "results.jsonl")
+    assert [result.sample_id for result in results] == ["p0000", "p0001", "p0002"]
+    run(examples, CopyLast(), provenance, killed)
+    for file in ("results.jsonl", "summary.json"):
+        assert (killed / file).read_bytes() == (whole / file).read_bytes()
+
+
+def test_other_results_in_the_folder_are_an_error(examples, provenance, tmp_path):
+    run(examples, CopyLast(), provenance, tmp_path)
+    changed = type(provenance)(**vars(provenance) | {"split": "train"})
+    with pytest.raises(ResultsError, match="split = 'test', must be 'train'"):
+        run(examples, CopyLast(), changed, tmp_path)
+
+
+def test_evaluation_of_nothing_is_an_error(provenance, tmp_path):
+    with pytest.raises(ValueError, match="no sample to evaluate"):
+        run([], CopyLast(), provenance, tmp_path)
+
+
+def test_progress_names_sample_and_outcome_on_standard_error(
+    make_example, provenance, tmp_path, capsys
+):
+    predictor = Answers(Failure("timeout", ""))
+    evaluate_examples([make_example("p0042")], predictor, provenance, tmp_path)
+    written = capsys.readouterr()
+    assert written.err.split() == ["1", "p0042", "timeout"]
+    assert written.out == ""

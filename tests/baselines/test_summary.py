@@ -1,0 +1,107 @@
+"""Summaries and their table."""
+
+import json
+
+import pytest
+
+from mpmworlds.baselines.results import Result
+from mpmworlds.baselines.slices import parts
+from mpmworlds.baselines.summary import summarise_results, summary_table
+from mpmworlds.metrics import SCORED
+
+
+def result(number, value, materials=("liquid",), num_objects=1):
+    scores = None if value is None else dict.fromkeys(SCORED, value)
+    return Result(
+        sample_id=f"p{number:04d}",
+        family_id=f"p{number:04d}",
+        materials=list(materials),
+        num_objects=num_objects,
+        candidate=0,
+        candidates=1,
+        outcome="crash" if value is None else "ok",
+        reason="",
+        continuation=scores,
+        prefix=None,
+    )
+
+
+RESULTS = [
+    result(1, 0.25, ["liquid"], 1),
+    result(2, 0.75, ["elastic", "sand"], 10),
+    result(3, None, ["elastic", "snow"], 2),
+]
+
+
+def test_table_shows_both_summaries_of_every_metric(provenance):
+    table = summary_table(summarise_results(provenance, RESULTS)).splitlines()
+    assert table[0] == "copy_last on tiny/test, mpmworlds-metrics/1"
+    assert table[1] == "3 samples, 3 candidates: 1 crash, 2 ok"
+    assert table[3].split()[:3] == ["continuation", "valid", "only"]
+    rows = {line.split()[0]: line for line in table[4:]}
+    assert list(rows) == list(SCORED)
+    words = rows["semd"].split()
+    assert words[:5] == ["semd", "down", "0.5000", "+-", "0.2500"]
+    assert words[7:11] == ["2", "0.6667", "+-", "0.2205"]
+    assert words[-1] == "3"
+
+
+def test_undefined_numbers_are_dashes(provenance):
+    table = summary_table(summarise_results(provenance, [result(1, None)]))
+    assert table.splitlines()[-1].split() == [
+        *("anomaly_excess", "down", "-", "-", "0", "1.0000", "-", "1")
+    ]
+
+
+def test_summary_survives_json(provenance):
+    summary = summarise_results(provenance, RESULTS)
+    text = json.dumps(summary, allow_nan=False)
+    again = json.loads(text)
+    assert json.dumps(again) == text
+    assert summary_table(again) == summary_table(summary)
+
+
+def test_order_of_the_results_is_irrelevant(provenance):
+    summary = summarise_results(provenance, RESULTS)
+    assert json.dumps(summarise_results(provenance, RESULTS[::-1])) == json.dumps(
+        summary
+    )
+
+
+def test_prefix_is_summarised_only_where_every_valid_candidate_has_one(provenance):
+    assert "prefix" not in summarise_results(provenance, RESULTS)
+
+
+def test_sample_is_in_the_slice_of_each_of_its_materials():
+    table = parts(RESULTS)
+    ids = {
+        part: [result.sample_id for result in members]
+        for part, members in table["material_family"].items()
+    }
+    assert ids == {
+        "elastic/plastic": ["p0002", "p0003"],
+        "liquid": ["p0001"],
+        "sand": ["p0002"],
+        "snow": ["p0003"],
+    }
+
+
+def test_numbered_parts_are_ordered_by_size():
+    table = parts(RESULTS)
+    assert list(table["num_objects"]) == ["1", "2", "10"]
+    assert list(table["num_materials"]) == ["1", "2"]
+
+
+def test_slices_add_up_to_the_whole(provenance):
+    summary = summarise_results(provenance, RESULTS)
+    for name in ("num_objects", "num_materials"):
+        counts = [
+            part["mse"]["failures_at_worst"]["n"]
+            for part in summary["slices"][name].values()
+        ]
+        assert sum(counts) == summary["samples"]
+
+
+def test_unknown_material_is_an_error():
+    with pytest.raises(ValueError, match="p0001: material 'jelly', must be one of"):
+        parts([result(1, 0.5, ["jelly"])])

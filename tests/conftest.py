@@ -1,0 +1,120 @@
+"""A small hand-made corpus, rendered and released once for all tests that need one."""
+
+import hashlib
+import textwrap
+from types import SimpleNamespace
+
+import pytest
+
+from mpmworlds.builder.manifest import ManifestRow, write_manifest
+from mpmworlds.builder.release import build_release
+from mpmworlds.builder.store import Store
+from mpmworlds.sim.palette import PALETTE, rgb
+
+IDS = {
+    "p0000": "train",
+    "p0000-c0": "train",
+    "p0000-c0-n00": "train",
+    "p0000-c1": "modification_validation",
+    "p0001": "train",
+    "p0001-n00": "train",
+    "p0002": "test",
+    "p0002-n00": "test",
+}
+
+
+def program_of(number, size=64, frames=8):
+    """Return a program without physics: a square that moves right."""
+    color = rgb(list(PALETTE.values())[number])
+    return textwrap.dedent(
+        f"""\
+        import numpy as np
+
+        def frames():
+            for t in range({frames}):
+                frame = np.zeros(({size}, {size}, 3), np.uint8)
+                frame[20:30, {number} + 3 * t : {number} + 3 * t + 10] = {color}
+                yield frame
+        """
+    )
+
+
+def frames_of(program):
+    """Run a program without physics right here."""
+    import numpy as np
+
+    names = {}
+    exec(program, names)
+    return np.stack(list(names["frames"]()))
+
+
+def row_of(sample_id, split, program):
+    """Return a manifest row around a program."""
+    kind = "perturbation" if "-n" in sample_id else "child" if "-c" in sample_id else ""
+    scene = f"# scene of {sample_id}\n"
+    return ManifestRow(
+        id=sample_id,
+        kind=kind or "parent",
+        parent_id=sample_id.rpartition("-")[0],
+        family_id=sample_id.partition("-")[0],
+        seeds=("pinwheel", "rain"),
+        edit="" if not kind else '{"operator": "jitter"}',
+        split=split,
+        scene=scene,
+        materials=("liquid", "sand") if "-c" in sample_id else ("liquid",),
+        object_types=("dynamic_body",),
+        num_objects=3,
+        num_materials=2 if "-c" in sample_id else 1,
+        scene_sha256=hashlib.sha256(scene.encode()).hexdigest(),
+        program_sha256=hashlib.sha256(program.encode()).hexdigest(),
+    )
+
+
+@pytest.fixture(scope="session")
+def make_program():
+    """Function (number, size, frames) -> text of a program without physics."""
+    return program_of
+
+
+@pytest.fixture(scope="session")
+def make_row():
+    """Function (id, split, program) -> manifest row."""
+    return row_of
+
+
+@pytest.fixture(scope="session")
+def run_inline():
+    """Function program -> frames, for programs without physics."""
+    return frames_of
+
+
+@pytest.fixture(scope="session")
+def corpus(tmp_path_factory):
+    """Manifest, rows, programs, frames and store of the corpus. Not to be changed."""
+    root = tmp_path_factory.mktemp("corpus")
+    store = Store(root / "store")
+    programs = {name: program_of(number) for number, name in enumerate(IDS)}
+    frames = {name: frames_of(program) for name, program in programs.items()}
+    rows = [row_of(name, split, programs[name]) for name, split in IDS.items()]
+    for name, program in programs.items():
+        store.put(program, frames[name], framerate=2)
+    manifest = root / "manifest.parquet"
+    write_manifest(manifest, rows)
+    return SimpleNamespace(
+        manifest=manifest, rows=rows, programs=programs, frames=frames, store=store
+    )
+
+
+@pytest.fixture(scope="session")
+def release(corpus, tmp_path_factory):
+    """Folder of a release named mpmworlds, default configuration tiny. Read-only."""
+    out = tmp_path_factory.mktemp("release") / "mpmworlds"
+    build_release(
+        corpus.manifest,
+        corpus.store,
+        out,
+        {"tiny": None, "mini": ["p0000", "p0002"]},
+        version="1.2.3",
+        rows_per_shard=2,
+    )
+    return out

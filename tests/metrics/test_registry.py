@@ -1,0 +1,138 @@
+"""Properties that every metric of the registry has."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import mpmworlds.metrics
+from mpmworlds.metrics import METRICS, SCORED, Metric, metric_named, score
+from mpmworlds.metrics.clips import Clip
+
+LEVELS = st.sampled_from([0, 20, 33, 90, 128, 255])
+CLIPS = arrays(np.uint8, (7, 6, 9, 3), elements=LEVELS)
+each_metric = pytest.mark.parametrize("metric", SCORED.values(), ids=SCORED.keys())
+SYMMETRIC = ["mask_iou", "wmae", "color_tv", "semd", "mse"]
+
+
+def noise(seed: int, shape: tuple[int, ...] = (7, 12, 12, 3)) -> Clip:
+    random = np.random.default_rng(seed)
+    return random.integers(0, 256, shape, dtype=np.uint8)
+
+
+def test_the_seven_of_the_paper_are_registered_in_its_order() -> None:
+    assert [m.paper_name for m in METRICS.values()] == [
+        "mIoU",
+        "OCS",
+        "W-MAE",
+        "CTV",
+        "RTSJ",
+        "SEMD",
+        "MSE",
+    ]
+    assert [*SCORED] == [*METRICS, "anomaly_excess"]
+
+
+@each_metric
+def test_registered_function_is_the_exported_one(metric: Metric) -> None:
+    assert metric.function is getattr(mpmworlds.metrics, metric.name)
+
+
+def test_only_mask_iou_goes_up_and_is_worst_at_zero() -> None:
+    assert [n for n, m in SCORED.items() if m.direction == "up"] == ["mask_iou"]
+    assert {n: m.worst for n, m in SCORED.items() if m.worst != 1.0} == {
+        "mask_iou": 0.0
+    }
+
+
+def test_better_follows_the_direction_and_is_strict() -> None:
+    assert METRICS["mask_iou"].is_better(0.9, 0.1)
+    assert METRICS["mse"].is_better(0.1, 0.9)
+    assert not any(m.is_better(0.5, 0.5) for m in SCORED.values())
+
+
+def test_unknown_metric_error_lists_the_known_ones() -> None:
+    with pytest.raises(ValueError, match=r"metric 'ssim': unknown.*'mask_iou'.*'mse'"):
+        metric_named("ssim")
+
+
+@settings(max_examples=30, deadline=None)
+@given(pred=CLIPS, ref=CLIPS)
+def test_every_score_lies_between_zero_and_one(pred: Clip, ref: Clip) -> None:
+    scores = score(pred, ref)
+    assert [*scores] == [*SCORED]
+    for name, value in scores.items():
+        assert 0.0 <= value <= 1.0, name
+
+
+@settings(max_examples=30, deadline=None)
+@given(clip=CLIPS)
+def test_identity_scores_the_best_value(clip: Clip) -> None:
+    scores = score(clip, clip.copy())
+    del scores["collapse"]
+    assert scores.pop("mask_iou") == 1.0
+    assert set(scores.values()) == {0.0}
+
+
+@settings(max_examples=30, deadline=None)
+@given(pred=CLIPS, ref=CLIPS)
+def test_compared_clips_may_be_swapped(pred: Clip, ref: Clip) -> None:
+    forth, back = score(pred, ref), score(ref, pred)
+    assert {n: forth[n] for n in SYMMETRIC} == pytest.approx(
+        {n: back[n] for n in SYMMETRIC}, abs=1e-12
+    )
+
+
+def test_score_equals_the_metrics_one_by_one() -> None:
+    pred, ref = noise(1), noise(2)
+    assert score(pred, ref) == {n: m(pred, ref) for n, m in SCORED.items()}
+
+
+@each_metric
+def test_metric_leaves_its_arguments_alone(metric: Metric) -> None:
+    pred, ref = noise(1), noise(2)
+    pred.flags.writeable = ref.flags.writeable = False
+    metric(pred, ref)
+    assert np.array_equal(pred, noise(1))
+    assert np.array_equal(ref, noise(2))
+
+
+@each_metric
+def test_views_score_like_copies(metric: Metric) -> None:
+    wide = noise(3, (16, 12, 26, 3))
+    pred, ref = wide[1::2, ::-1, :24:2, ::-1], wide[::2, :, 1:25:2]
+    copies = np.ascontiguousarray(pred), np.ascontiguousarray(ref)
+    assert metric(pred, ref) == metric(*copies)
+
+
+@each_metric
+def test_single_frame_clips_have_a_score(metric: Metric) -> None:
+    value = metric(noise(1, (1, 8, 8, 3)), noise(2, (1, 8, 8, 3)))
+    assert 0.0 <= value <= 1.0
+
+
+@pytest.mark.parametrize("name", ["mask_iou", "color_tv", "semd", "mse"])
+def test_metric_is_the_mean_of_its_curve(name: str) -> None:
+    pred, ref = noise(1), noise(2)
+    curve = METRICS[name].curve(pred, ref)
+    assert curve.shape == (7,)
+    assert METRICS[name](pred, ref) == pytest.approx(curve.mean())
+
+
+@pytest.mark.parametrize("name", ["mask_iou", "color_tv", "semd", "mse"])
+def test_curve_of_one_frame_depends_on_that_frame_alone(name: str) -> None:
+    pred, ref = noise(1), noise(2)
+    whole = METRICS[name].curve(pred, ref)
+    single = [METRICS[name](pred[t : t + 1], ref[t : t + 1]) for t in range(7)]
+    assert whole.tolist() == pytest.approx(single, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["wmae", "anomaly", "anomaly_excess"])
+@pytest.mark.parametrize("shape", [(1, 3, 8, 3), (1, 8, 3, 3), (9, 3, 8, 3)])
+def test_images_too_small_for_tiles_are_refused(
+    name: str, shape: tuple[int, ...]
+) -> None:
+    clip = noise(1, shape)
+    with pytest.raises(ValueError, match=r"image side = 3 px, must be >= 4"):
+        SCORED[name](clip, clip)

@@ -1,0 +1,275 @@
+"""The architecture as a test: who may import whom, read from the syntax trees."""
+
+import ast
+import graphlib
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = "mpmworlds"
+FOLDERS = ("sim", "splits", "metrics", "builder", "loaders", "baselines")
+ALLOWED = {
+    "sim": {"sim"},
+    "splits": {"sim", "splits"},
+    "metrics": {"sim", "metrics"},
+    "builder": {"sim", "splits", "metrics", "builder"},
+    "loaders": {"sim", "splits", "metrics", "loaders"},
+    "baselines": set(FOLDERS),
+}
+EXCEPTIONS = {("loaders", "mpmworlds.builder.features")}
+OPTIONAL = {"torch", "transformers", "diffusers", "ray"}
+
+
+@dataclass(frozen=True)
+class Import:
+    """One imported module or name, e.g. `mpmworlds.sim.scene.Scene`."""
+
+    target: str
+    line: int
+    at_top: bool
+
+
+def imports_of(source: str) -> Iterator[Import]:
+    """Yield every import of a module; `at_top` ones run when it is imported."""
+    tree = ast.parse(source)
+    inside = {
+        id(node)
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        for node in ast.walk(function)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            targets = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            start = "." * node.level + (node.module or "")
+            targets = [f"{start}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for target in targets:
+            yield Import(target, node.lineno, id(node) not in inside)
+
+
+def package_sources() -> dict[str, str]:
+    """Return the text of every module of the package by its dotted name."""
+    sources = {}
+    top = [(ROOT / "src" / PACKAGE, path) for path in (ROOT / "src").glob("*/*.py")]
+    below = [
+        (ROOT, path) for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")
+    ]
+    for base, path in sorted(top + below):
+        parts = [PACKAGE, *path.relative_to(base).with_suffix("").parts]
+        if parts[-1] == "__init__":
+            parts.pop()
+        sources[".".join(parts)] = path.read_text(encoding="utf-8")
+    return sources
+
+
+def folder_of(name: str) -> str | None:
+    parts = name.split(".")
+    inside = parts[0] == PACKAGE and len(parts) > 1 and parts[1] in FOLDERS
+    return parts[1] if inside else None
+
+
+def is_or_is_in(target: str, module: str) -> bool:
+    return target == module or target.startswith(module + ".")
+
+
+def direction_errors(sources: Mapping[str, str]) -> list[str]:
+    """Return the imports that point to a layer to the right, or out of the layers."""
+    errors = []
+    for module, source in sources.items():
+        layer = folder_of(module)
+        if layer is None:
+            continue
+        for found in imports_of(source):
+            target = found.target
+            if target.startswith("."):
+                errors.append(f"{module}:{found.line} imports {target} relatively")
+            if not is_or_is_in(target, PACKAGE) or target == f"{PACKAGE}.__version__":
+                continue
+            if folder_of(target) in ALLOWED[layer]:
+                continue
+            if any(
+                layer == importer and is_or_is_in(target, exception)
+                for importer, exception in EXCEPTIONS
+            ):
+                continue
+            errors.append(f"{module}:{found.line} imports {target}")
+    return errors
+
+
+def may_import_taichi(module: str) -> bool:
+    return is_or_is_in(module, f"{PACKAGE}.sim.physics") or (
+        module == f"{PACKAGE}.sim.skeleton"
+    )
+
+
+def taichi_errors(sources: Mapping[str, str]) -> list[str]:
+    """Return the imports of taichi outside the physics and the program skeleton."""
+    return [
+        f"{module}:{found.line} imports {found.target}"
+        for module, source in sources.items()
+        if not may_import_taichi(module)
+        for found in imports_of(source)
+        if is_or_is_in(found.target, "taichi")
+    ]
+
+
+def optional_errors(sources: Mapping[str, str]) -> list[str]:
+    """Return the imports of optional packages that run at import time."""
+    return [
+        f"{module}:{found.line} imports {found.target}"
+        for module, source in sources.items()
+        for found in imports_of(source)
+        if found.at_top and found.target.split(".")[0] in OPTIONAL
+    ]
+
+
+def imported_modules(source: str, modules: Iterable[str]) -> set[str]:
+    """Return which of `modules` a module imports, by name or for a name in it."""
+    known = set(modules)
+    found = set()
+    for item in imports_of(source):
+        if item.target in known:
+            found.add(item.target)
+        elif item.target.rpartition(".")[0] in known:
+            found.add(item.target.rpartition(".")[0])
+    return found
+
+
+def cycle_errors(sources: Mapping[str, str]) -> list[str]:
+    """Return a cycle of imports between files, wherever in the files they stand.
+
+    The root is left out: others take only `__version__` from it, which the rule of
+    directions holds, and its own imports are deferred until they are used.
+    """
+    graph = {
+        module: imported_modules(source, sources) - {module, PACKAGE}
+        for module, source in sources.items()
+        if module != PACKAGE
+    }
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return [" <- ".join(error.args[1])]
+    return []
+
+
+CHECKS = {
+    check.__name__: check
+    for check in (direction_errors, taichi_errors, optional_errors, cycle_errors)
+}
+
+
+@pytest.mark.parametrize("check", CHECKS.values(), ids=CHECKS.keys())
+def test_package_holds_rule(check):
+    assert check(package_sources()) == []
+
+
+def test_every_folder_is_read():
+    read = {folder_of(module) for module in package_sources()}
+    assert read >= set(FOLDERS)
+
+
+@pytest.mark.parametrize(
+    ("check", "sources"),
+    [
+        ("direction_errors", {"mpmworlds.sim.a": "import mpmworlds.builder.b"}),
+        ("direction_errors", {"mpmworlds.sim.a": "from mpmworlds import metrics"}),
+        ("direction_errors", {"mpmworlds.splits": "from mpmworlds.metrics import x"}),
+        ("direction_errors", {"mpmworlds.loaders.a": "import mpmworlds.builder.card"}),
+        (
+            "direction_errors",
+            {"mpmworlds.loaders.a": "from mpmworlds.builder import b"},
+        ),
+        ("direction_errors", {"mpmworlds.baselines.a": "import mpmworlds.cli"}),
+        ("direction_errors", {"mpmworlds.metrics.a": "from mpmworlds import Scene"}),
+        ("direction_errors", {"mpmworlds.metrics.a": "from .b import c"}),
+        ("direction_errors", {"mpmworlds.sim.a": "def f():\n import mpmworlds.splits"}),
+        ("taichi_errors", {"mpmworlds.sim.run": "def f():\n import taichi as ti"}),
+        ("taichi_errors", {"mpmworlds.builder.a": "from taichi.lang import x"}),
+        ("optional_errors", {"mpmworlds.loaders.t": "import torch.nn"}),
+        ("optional_errors", {"mpmworlds.cli": "try:\n from ray import x\nfinally: 0"}),
+        (
+            "cycle_errors",
+            {
+                "mpmworlds.sim.a": "import mpmworlds.sim.b",
+                "mpmworlds.sim.b": "def f():\n from mpmworlds.sim.a import x",
+            },
+        ),
+        (
+            "cycle_errors",
+            {
+                "mpmworlds.sim": "from mpmworlds.sim.a import y",
+                "mpmworlds.sim.a": "from mpmworlds.sim import x",
+            },
+        ),
+    ],
+)
+def test_offending_module_is_found(check, sources):
+    assert len(CHECKS[check](sources)) == 1
+
+
+@pytest.mark.parametrize(
+    ("check", "sources"),
+    [
+        ("direction_errors", {"mpmworlds.builder.a": "import mpmworlds.sim.b"}),
+        ("direction_errors", {"mpmworlds.sim.a": "from mpmworlds import __version__"}),
+        (
+            "direction_errors",
+            {"mpmworlds.loaders.a": "from mpmworlds.builder.features import x"},
+        ),
+        ("direction_errors", {"mpmworlds.cli": "import mpmworlds.baselines.evaluate"}),
+        ("taichi_errors", {"mpmworlds.sim.physics.a": "import taichi as ti"}),
+        ("taichi_errors", {"mpmworlds.sim.emit": "TEXT = 'import taichi as ti'"}),
+        ("optional_errors", {"mpmworlds.loaders.t": "def f():\n import torch"}),
+        (
+            "cycle_errors",
+            {
+                "mpmworlds.sim.a": "from mpmworlds.sim import b",
+                "mpmworlds.sim.b": "import json",
+                "mpmworlds.sim": "",
+            },
+        ),
+    ],
+)
+def test_permitted_module_passes(check, sources):
+    assert CHECKS[check](sources) == []
+
+
+IMPORT_PROBE = """
+import sys, time
+start = time.perf_counter()
+import {module}
+seconds = time.perf_counter() - start
+heavy = {{"taichi", "torch", "datasets", "cv2", "pyarrow"}} & set(sys.modules)
+print(seconds, *sorted(heavy))
+"""
+
+
+def test_importing_the_package_is_light():
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORT_PROBE.format(module=PACKAGE)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    seconds, *heavy = done.stdout.split()
+    assert heavy == []
+    assert float(seconds) < 0.5
+
+
+def test_importing_the_loaders_takes_neither_taichi_nor_torch():
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORT_PROBE.format(module="mpmworlds.loaders")],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert not {"taichi", "torch"} & set(done.stdout.split()[1:])
