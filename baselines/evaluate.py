@@ -2,16 +2,16 @@
 
 import json
 import sys
-from collections.abc import Iterable, Sequence
-from itertools import islice
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from mpmworlds.baselines.protocol import Candidate, Failure, Frames, Predictor, Task
+from mpmworlds.baselines.protocol import Candidate, Failure, Predictor, Task
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import Provenance, Result, ResultsFile
 from mpmworlds.baselines.summary import summarise_results, summary_table
+from mpmworlds.loaders.clips import Frames
 from mpmworlds.loaders.load import Example, load
 from mpmworlds.metrics import score
 from mpmworlds.splits.atomic import write_atomically
@@ -61,19 +61,21 @@ def evaluate(
     ResultsError
         If ``out_dir`` holds results of another predictor, release, split or version.
     ValueError
-        If the predictor is unknown or there is no sample.
+        If the predictor or the split is unknown, or there is no sample.
     """
+    if limit is not None and limit < 1:
+        raise ValueError(
+            f"limit = {limit}, must be at least 1, or None for all samples"
+        )
     predictor = predictor_named(predictor_name)
     release = Path(release_dir)
-    examples = load(release, split=split, config=config)
+    examples = load(release, split=split, config=config)[:limit]
     provenance = Provenance.of(release, predictor.name, config, split)
-    return evaluate_examples(
-        islice(examples, limit), predictor, provenance, Path(out_dir), progress
-    )
+    return evaluate_examples(examples, predictor, provenance, Path(out_dir), progress)
 
 
 def evaluate_examples(
-    examples: Iterable[Example],
+    examples: Sequence[Example],
     predictor: Predictor,
     provenance: Provenance,
     out_dir: Path,
@@ -110,7 +112,7 @@ def evaluate_examples(
             results += new
             if progress:
                 outcomes = ", ".join(result.outcome for result in new)
-                sys.stderr.write(f"{number:>5}  {example.id}  {outcomes}\n")
+                sys.stderr.write(f"{number}/{len(examples)} {example.id} {outcomes}\n")
     summary = summarise_results(provenance, results)
     path = out_dir / SUMMARY
     text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
@@ -139,7 +141,7 @@ def score_example(example: Example, predictor: Predictor) -> list[Result]:
         prefix=example.prefix,
         horizon=len(example.continuation),
         framerate=example.framerate,
-        row={key: value for key, value in example.row.items() if key != "video"},
+        row=example.row,
     )
     answers: Sequence[Candidate | Failure]
     try:

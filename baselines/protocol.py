@@ -2,13 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol
 
-import numpy as np
-import numpy.typing as npt
-
-Frames: TypeAlias = npt.NDArray[np.uint8]
-"""``uint8 (T, H, W, 3)``, RGB."""
+from mpmworlds.loaders.clips import Frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +20,7 @@ class Task:
     framerate: int
     """Frames per second of prefix and continuation. [1/s]"""
     row: Mapping[str, Any]
-    """The sample's row of the release without its video, for reference predictors."""
+    """The sample's row of the release, without its video: scene, program, lineage."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,6 @@ ROW = {
     "num_materials": 1,
     "program": "",
     "framerate": 15,
-    "video": {"bytes": b"hidden", "path": None},
 }
 
 

@@ -63,12 +63,11 @@ def test_black_has_the_worst_overlap_and_collapses(make_example):
     assert result.continuation["color_tv"] == 1
 
 
-def test_predictor_gets_neither_continuation_nor_video(make_example):
+def test_predictor_does_not_get_the_continuation(make_example):
     predictor = Answers(Failure("none", ""))
     example = make_example()
     score_example(example, predictor)
     (task,) = predictor.tasks
-    assert "video" not in task.row
     assert not hasattr(task, "continuation")
     assert (task.horizon, task.framerate) == (10, 15)
     np.testing.assert_array_equal(task.prefix, example.prefix)
@@ -213,5 +212,5 @@ def test_progress_names_sample_and_outcome_on_standard_error(
     predictor = Answers(Failure("timeout", ""))
     evaluate_examples([make_example("p0042")], predictor, provenance, tmp_path)
     written = capsys.readouterr()
-    assert written.err.split() == ["1", "p0042", "timeout"]
+    assert written.err.split() == ["1/1", "p0042", "timeout"]
     assert written.out == ""

@@ -80,7 +80,7 @@ def test_a_description_with_other_keys_counts_as_missing(entry, caplog):
 def test_frames_that_the_codec_would_change_are_not_stored(tmp_path):
     store = Store(tmp_path / "store")
     with pytest.raises(ColorError):
-        store.put("program", np.full((2, 4, 4, 3), 7, np.uint8), 30)
+        store.put("program", np.full((2, 4, 4, 3), (250, 10, 3), np.uint8), 30)
     with pytest.raises(ValueError, match="6 x 4 px, must be square"):
         store.put("program", np.zeros((2, 4, 6, 3), np.uint8), 30)
     assert not store.root.exists()

@@ -60,7 +60,7 @@ def test_error_names_both_shapes_when_clips_differ(
 @each_metric
 def test_metric_refuses_a_float_prediction(metric: Metric) -> None:
     with pytest.raises(ValueError, match="prediction: float64"):
-        metric(CLIP / 255, CLIP)
+        metric(CLIP / 255, CLIP)  # type: ignore[arg-type]
 
 
 def test_score_refuses_clips_of_different_length() -> None:

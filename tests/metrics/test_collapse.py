@@ -189,6 +189,22 @@ def test_dimming_within_a_quarter_is_no_loss_and_beyond_is() -> None:
     assert collapse(clip) == 1.0
 
 
+def test_change_of_hue_within_tolerance_is_no_loss_and_beyond_is() -> None:
+    clip = two_bodies()
+    clip[1:, 2:12, 2:12] = (247, 8, 0)  # chromaticity moves by 0.044
+    assert collapse(clip) == 0.0
+    clip[1:, 2:12, 2:12] = (245, 10, 0)  # by 0.055
+    assert collapse(clip) == 1.0
+
+
+def test_bodies_merge_by_way_of_a_colour_between_them() -> None:
+    clip = np.zeros((2, 32, 32, 3), dtype=np.uint8)
+    for x, colour in ((0, RED), (10, (247, 8, 0)), (20, (239, 16, 0))):
+        clip[:, :5, x : x + 5] = colour
+    clip[1, :5, 20:25] = 0
+    assert collapse(clip) == pytest.approx(1 / 3)
+
+
 def test_touching_bodies_of_different_colour_are_followed_apart() -> None:
     clip = np.zeros((3, 32, 32, 3), dtype=np.uint8)
     clip[:, 10:20, 0:10] = RED

@@ -33,7 +33,7 @@ def test_ties_go_to_the_lowest_candidate_whatever_the_order() -> None:
 
 
 def test_failed_candidates_are_not_chosen_while_one_is_valid() -> None:
-    prefix, continuation = rows("p1", None, 0.9), rows("p1", None, 0.9)
+    prefix, continuation = rows("p1", None, 1.0), rows("p1", None, 0.9)
     assert best_of_n(prefix, continuation, "mse") == [continuation[1]]
 
 

@@ -62,7 +62,7 @@ def sliced(pred: Clip, ref: Clip) -> float:
 @settings(max_examples=60, deadline=None)
 @given(masks=MASKS)
 def test_distance_agrees_with_quantile_functions(
-    masks: tuple[np.ndarray, np.ndarray],  # type: ignore[type-arg]
+    masks: tuple[np.ndarray, np.ndarray],
 ) -> None:
     pred, ref = painted(masks[0]), painted(masks[1])
     expected = [sliced(p, r) for p, r in zip(pred, ref, strict=True)]

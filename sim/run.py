@@ -1,0 +1,212 @@
+"""Run a program in a process of its own and bring back its frames.
+
+What simulates is the released text itself: it is written to a file, run by a fresh
+interpreter on one CPU thread, and its frames come back through a pipe. Whatever the
+program does, the caller gets an `Outcome`.
+"""
+
+import json
+import os
+import platform
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.sim.child import HEADER, REPORT
+
+Status = Literal[
+    "ok",  # frames are complete
+    "syntax_error",  # the text is not Python
+    "import_error",  # it imports what is not there
+    "exception",  # it raised
+    "crash",  # a signal ended it, for example an index off the grid
+    "timeout",  # it did not end in time
+    "out_of_memory",  # it asked for more memory than it may have
+    "no_frames",  # it has no frames() or yields nothing
+    "bad_frames",  # a frame is not uint8 (H, W, 3), or not like the first
+]
+TIMEOUT = 1800.0  # seconds
+MEMORY = 4 << 30  # bytes of address space; Taichi alone reserves 1 GiB
+ARM = ("aarch64", "arm64")
+TAIL = 2000  # characters kept of what a failed program printed
+
+
+class RunError(RuntimeError):
+    """A program that was needed did not end well."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Attributes
+    ----------
+    status : str
+        "ok" or the kind of failure.
+    frames : ndarray of uint8, shape (T, H, W, 3)
+        RGB frames up to the end or the failure; T may be 0.
+    seconds : float
+        Wall time.
+    message : str
+        What went wrong, empty if nothing did.
+    """
+
+    status: Status
+    frames: npt.NDArray[np.uint8]
+    seconds: float
+    message: str
+
+    def expect(self) -> npt.NDArray[np.uint8]:
+        """The frames of a run that must have ended well; raises `RunError`."""
+        if self.status != "ok":
+            raise RunError(f"the program ended in {self.status}: {self.message}")
+        return self.frames
+
+
+def run(
+    program_text: str,
+    max_frames: int | None = None,
+    timeout: float = TIMEOUT,
+    memory: int = MEMORY,
+) -> Outcome:
+    """Run a program and collect its frames.
+
+    Parameters
+    ----------
+    program_text : str
+        A Python file with a `frames()` generator of uint8 (H, W, 3) RGB frames.
+    max_frames : int, optional
+        Stop after so many frames.
+    timeout : float
+        Wall time allowed [s].
+    memory : int
+        Address space allowed [bytes].
+
+    Returns
+    -------
+    Outcome
+        Never raises for anything that the program does.
+    """
+    start = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="mpmworlds-") as scratch:
+        path = Path(scratch) / "program.py"
+        path.write_text(program_text, "utf-8")
+        log = Path(scratch) / "log"
+        frames: list[npt.NDArray[np.uint8]] = []
+        status, message = _supervise(
+            path, log, frames, max_frames, start + timeout, memory
+        )
+        if status in ("crash", "exception", "import_error", "out_of_memory"):
+            printed = log.read_text("utf-8", "replace")[-TAIL:].strip()
+            message = f"{message}\n{printed}".strip()
+    stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
+    return Outcome(status, stack, time.monotonic() - start, message)
+
+
+def _supervise(
+    path: Path,
+    log: Path,
+    frames: list[npt.NDArray[np.uint8]],
+    max_frames: int | None,
+    deadline: float,
+    memory: int,
+) -> tuple[Status, str]:
+    """Start the program, gather frames until it ends, and say how it ended."""
+    read_end, write_end = os.pipe()
+    with (
+        as_file(files("mpmworlds.sim").joinpath("child.py")) as child,
+        log.open("wb") as output,
+    ):
+        limits = [str(write_end), str(max_frames or 0), str(memory)]
+        process = subprocess.Popen(
+            [sys.executable, "-I", "-X", "faulthandler", str(child), str(path)]
+            + limits,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            pass_fds=[write_end],
+            cwd=path.parent,
+            env=_environment(path.parent),
+            start_new_session=True,
+        )
+        os.close(write_end)
+        try:
+            verdict = _collect(read_end, frames, deadline)
+            if verdict is None:
+                process.wait(max(deadline - time.monotonic(), 0.1))
+        except (TimeoutError, subprocess.TimeoutExpired):
+            verdict = "timeout", f"no end within the time allowed; {len(frames)} frames"
+        finally:
+            _kill(process)
+            os.close(read_end)
+    return verdict or _ending(process.returncode, frames)
+
+
+def _environment(home: Path) -> dict[str, str]:
+    """What a program sees: no user settings, one thread, no call home."""
+    kept = {name: os.environ[name] for name in ("PATH", "LANG") if name in os.environ}
+    threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
+    quiet = {"TI_SKIP_VERSION_CHECK": "ON", "TI_LOG_LEVEL": "error"}
+    quiet |= {"TI_ARCH": "arm64" if platform.machine() in ARM else "x64"}
+    quiet |= {"TI_OFFLINE_CACHE": "0", "TI_CPU_MAX_NUM_THREADS": "1"}
+    return kept | threads | quiet | {"HOME": str(home), "TMPDIR": str(home)}
+
+
+def _kill(process: "subprocess.Popen[bytes]") -> None:
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def _collect(
+    pipe: int, frames: list[npt.NDArray[np.uint8]], deadline: float
+) -> tuple[Status, str] | None:
+    """Read frames until the pipe closes; a verdict if the child sent one."""
+    while header := _read(pipe, HEADER.size, deadline):
+        if len(header) < HEADER.size:
+            return None
+        kind, height, width, length = HEADER.unpack(header)
+        payload = _read(pipe, length, deadline)
+        if len(payload) < length:
+            return None
+        if kind == REPORT:
+            report = json.loads(payload)
+            return report["status"], report["message"]
+        if frames and frames[0].shape != (height, width, 3):
+            size = frames[0].shape[:2]
+            return "bad_frames", (
+                f"frame {len(frames)} is {(height, width)}, must be {size} like frame 0"
+            )
+        frames.append(np.frombuffer(payload, np.uint8).reshape(height, width, 3))
+    return None
+
+
+def _read(pipe: int, length: int, deadline: float) -> bytearray:
+    """Up to `length` bytes, fewer only at the end; `TimeoutError` past the deadline."""
+    data = bytearray()
+    while len(data) < length:
+        left = deadline - time.monotonic()
+        if left <= 0 or not select.select([pipe], [], [], left)[0]:
+            raise TimeoutError
+        chunk = os.read(pipe, min(length - len(data), 1 << 20))
+        if not chunk:
+            break
+        data += chunk
+    return data
+
+
+def _ending(code: int, frames: list[npt.NDArray[np.uint8]]) -> tuple[Status, str]:
+    """What an exit without a report means."""
+    if code < 0:
+        return "crash", f"ended by {signal.Signals(-code).name}"
+    return "crash", f"left with exit code {code} after {len(frames)} frames"
