@@ -129,7 +129,8 @@ def score_example(example: Example, predictor: Predictor) -> list[Result]:
     example
         Sample with its continuation, which the predictor does not get.
     predictor
-        What predicts it. An exception that it raises is the outcome ``exception``.
+        What predicts it. An exception that it raises is the outcome
+        ``predictor_error``.
 
     Returns
     -------
@@ -147,7 +148,7 @@ def score_example(example: Example, predictor: Predictor) -> list[Result]:
     try:
         answers = predictor.predict(task)
     except Exception as error:  # noqa: BLE001 - whatever it is, it is this sample's outcome
-        answers = [Failure("exception", f"{type(error).__name__}: {error}")]
+        answers = [Failure("predictor_error", f"{type(error).__name__}: {error}")]
     if not answers:
         answers = [Failure("no_candidate", "the predictor returned no candidate")]
     return [

@@ -22,5 +22,5 @@ class Oracle:
         if outcome.status != "ok":
             return [Failure(outcome.status, outcome.message)]
         seen = len(task.prefix)
-        frames, _ = reduce_clip(outcome.frames, int(task.row["framerate"]))
+        frames = reduce_clip(outcome.frames, int(task.row["framerate"]))
         return [Candidate(frames[seen : seen + task.horizon], prefix=frames[:seen])]

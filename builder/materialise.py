@@ -118,14 +118,19 @@ def materialise(
         If a manifest row does not link to the program that it records.
     """
     samples = list(rows)
-    jobs = (job_of(row) for row in samples)
-    return render(jobs, len(samples), store, failures_path, workers)
+    missing = [row for row in samples if store.get(row.program_sha256) is None]
+    failures = render(map(job_of, missing), len(missing), store, failures_path, workers)
+    return Materialised(
+        rendered=len(missing) - len(failures),
+        reused=len(samples) - len(missing),
+        failures=tuple(failures),
+    )
 
 
 def render(
     jobs: Iterable[Job], total: int, store: Store, failures_path: Path, workers: int = 0
-) -> Materialised:
-    """Render programs that are linked already; ``materialise`` says the rest.
+) -> list[Failure]:
+    """Render programs that are linked already, whether they are in the store or not.
 
     Parameters
     ----------
@@ -135,46 +140,43 @@ def render(
         How many there are, for the progress bar.
     store, failures_path, workers
         See ``materialise``.
+
+    Returns
+    -------
+    list of Failure
+        The samples that failed, sorted by id.
     """
     failures: list[Failure] = []
-    rendered = reused = 0
     failures_path.parent.mkdir(parents=True, exist_ok=True)
     _write_failures(failures_path, failures)
     with tqdm(total=total, desc="materialise", unit="sample") as bar:
         for job, reason in _outcomes(jobs, store, workers or os.cpu_count() or 1):
-            if reason is None:
-                rendered += 1
-            elif reason == _REUSED:
-                reused += 1
-            else:
+            if reason is not None:
                 failures.append(Failure(job.id, reason))
+                failures.sort(key=lambda failure: failure.id)
                 _write_failures(failures_path, failures)
             bar.update()
-    return Materialised(rendered, reused, tuple(sorted(failures, key=_id)))
-
-
-_REUSED = "is in the store"
-_ATTEMPTS = 2  # a process that is killed, e.g. for memory, may be another one's victim
+    return failures
 
 
 def _outcomes(
     jobs: Iterable[Job], store: Store, workers: int
 ) -> Iterator[tuple[Job, str | None]]:
-    """Yield each job with None, ``_REUSED`` or the reason of its failure."""
-    queue = ((job, 1) for job in jobs)
-    retries: list[tuple[Job, int]] = []
+    """Yield each job with None, or the reason of its failure."""
+    queue = iter(jobs)
+    # When a process is killed, e.g. for lack of memory, all jobs in flight are lost:
+    # each is tried once more, alone, to tell the culprit from its victims.
+    suspects: list[Job] = []
+    running: dict[Future[str | None], Job] = {}
     pool = _pool(workers)
-    running: dict[Future[str | None], tuple[Job, int]] = {}
     try:
         while True:
-            while len(running) < 2 * workers:
-                task = retries.pop() if retries else next(queue, None)
-                if task is None:
+            alone = bool(suspects)
+            while len(running) < (1 if alone else 2 * workers):
+                job = suspects.pop() if alone else next(queue, None)
+                if job is None:
                     break
-                if store.get(text_sha256(task[0].program)) is not None:
-                    yield task[0], _REUSED
-                else:
-                    running[pool.submit(_render, task[0], store)] = task
+                running[pool.submit(_render, job, store)] = job
             if not running:
                 return
             done, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -183,13 +185,13 @@ def _outcomes(
                 pool = _pool(workers)
                 done = set(running)
             for future in done:
-                job, attempt = running.pop(future)
+                job = running.pop(future)
                 if not isinstance(future.exception(), BrokenProcessPool):
                     yield job, future.result()
-                elif attempt < _ATTEMPTS:
-                    retries.append((job, attempt + 1))
-                else:
+                elif alone:
                     yield job, "its process was killed, perhaps for lack of memory"
+                else:
+                    suspects.append(job)
     finally:
         pool.shutdown(cancel_futures=True)
 
@@ -219,11 +221,7 @@ def _render(job: Job, store: Store) -> str | None:
     return None
 
 
-def _write_failures(path: Path, failures: list[Failure]) -> None:
-    lines = [json.dumps(asdict(f)) + "\n" for f in sorted(failures, key=_id)]
+def _write_failures(path: Path, failures: Iterable[Failure]) -> None:
+    lines = [json.dumps(asdict(failure)) + "\n" for failure in failures]
     with disk_errors_named(path):
         write_atomically(path, "".join(lines).encode())
-
-
-def _id(failure: Failure) -> str:
-    return failure.id

@@ -9,9 +9,7 @@ processes, ``get_dataset_config_names``) works as for any other path.
 import functools
 import sys
 from collections.abc import Callable, Sequence
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
-from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
@@ -30,8 +28,8 @@ def install() -> None:
         sys.meta_path.insert(0, _Finder())
 
 
-class _Finder(MetaPathFinder):
-    """Finds ``datasets.load`` once, and has it wrapped when it has been executed."""
+class _Finder:
+    """Finds ``datasets.load``, and has it wrapped whenever it has been executed."""
 
     def find_spec(
         self,
@@ -41,28 +39,17 @@ class _Finder(MetaPathFinder):
     ) -> ModuleSpec | None:
         if fullname != _MODULE:
             return None
-        sys.meta_path.remove(self)
         spec = PathFinder.find_spec(fullname, path, target)
         if spec is not None and spec.loader is not None:
-            spec.loader = _WrappingLoader(spec.loader)
+            execute = spec.loader.exec_module
+
+            def exec_module(module: ModuleType) -> None:
+                execute(module)
+                _wrap(module)
+
+            # The loader belongs to this one module, so nothing else is changed.
+            spec.loader.exec_module = exec_module  # type: ignore[method-assign]
         return spec
-
-
-class _WrappingLoader(Loader):
-    """Executes a module with its own loader, then wraps the function in it."""
-
-    def __init__(self, loader: Loader) -> None:
-        self._loader = loader
-
-    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        return self._loader.create_module(spec)
-
-    def exec_module(self, module: ModuleType) -> None:
-        if module.__spec__ is not None:
-            module.__spec__.loader = self._loader
-        module.__loader__ = self._loader
-        self._loader.exec_module(module)
-        _wrap(module)
 
 
 def _wrap(module: ModuleType) -> None:
@@ -73,6 +60,8 @@ def _wrap(module: ModuleType) -> None:
     @functools.wraps(original)
     def dataset_module_factory(path: str, *args: Any, **kwargs: Any) -> Any:
         # Here, because importing these costs more than `import mpmworlds` may.
+        from pathlib import Path
+
         from mpmworlds.loaders.integrity import check_release
         from mpmworlds.loaders.locate import HUB_REPOSITORY, NAME, is_release, resolve
 

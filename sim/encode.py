@@ -28,7 +28,7 @@ CODEC: Final = "h264-yuv444p-qp0-bt601-placebo-ref2-g60/1"
 # The bytes of x264 depend on its thread count. "placebo" with two reference frames is
 # half the size of "medium" on flat-colour clips at the same speed
 # (benchmarks/codec.py). A key frame every 60 makes random access cheap.
-_X264: Final = {
+X264: Final = {
     "preset": "placebo",
     "refs": "2",
     "qp": "0",
@@ -94,7 +94,7 @@ def encode_unchecked(frames: Frames, framerate: int) -> bytes:
         path = Path(folder) / "clip.mp4"
         options = {"movflags": "+faststart", "fflags": "+bitexact"}
         with av.open(str(path), "w", format="mp4", options=options) as container:
-            stream = container.add_stream("libx264", rate=framerate, options=_X264)
+            stream = container.add_stream("libx264", rate=framerate, options=X264)
             _, stream.height, stream.width, _ = frames.shape
             stream.pix_fmt = "yuv444p"
             codec = stream.codec_context

@@ -122,6 +122,8 @@ def features(scene: Scene) -> set[str]:
         found.add("collider")
     if "kinematic_collider" in kinds:
         found.add("moving")
+    if "liquid" in emit.materials_of(scene):
+        found.add("liquid")
     return found
 
 

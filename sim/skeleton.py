@@ -18,7 +18,7 @@ from taichi.math import cconj, cmul, ivec2, vec2, vec3, vec4
 from mpmworlds.sim.physics.contact import touch
 from mpmworlds.sim.physics.deformation import advance, newtonian
 from mpmworlds.sim.physics.elastic import fixed_corotated, lame
-from mpmworlds.sim.physics.liquid import compress
+from mpmworlds.sim.physics.liquid import compress, settle
 from mpmworlds.sim.physics.motion import rotate
 from mpmworlds.sim.physics.shapes import sd_box, sd_circle, sd_fan
 from mpmworlds.sim.physics.splines import bspline
@@ -108,8 +108,8 @@ AREA = SPACING**2  # of a particle at rest: its volume per unit thickness
 WALLS = ENVIRONMENT["walls"]
 LAWS = {"sticky": 0, "slip": 1, "separate": 2}
 PIXELS = OUTPUT["resolution"]
-BLOB = 1.7 * SPACING  # radius of the metaball that a particle is drawn as
-SOLID = 0.9  # sum of metaballs from which a pixel is covered
+BLOB = 2.0 * SPACING  # radius of the metaball that a particle is drawn as
+SOLID = 1.2  # sum of metaballs from which a pixel is covered
 
 ti.init(arch=ti.cpu, cpu_max_num_threads=1, fast_math=False, log_level=ti.WARN)
 SERIAL = ti.cfg.arch in (ti.x64, ti.arm64)  # on a GPU the same loops run in parallel
@@ -148,7 +148,10 @@ def reach(shape):
 
 
 # endregion
-MATTER = [o.get("physics_properties") for o in OBJECTS]
+MATTER = [o.get("physics_properties", {}) for o in OBJECTS]
+# region if liquid
+LIQUIDS = [k for k, m in enumerate(MATTER) if m.get("constitutive_model") == "liquid"]
+# endregion
 SHAPES = [o["shape"] for o in OBJECTS]
 REACH = [reach(shape) for shape in SHAPES]
 HOME = [[*s["center"], np.radians(s.get("angle_deg", 0.0))] for s in SHAPES]
@@ -246,11 +249,12 @@ GROUPS += fill_jets()
 # endregion
 OWNER, BIRTH, PLACE, SPEED = map(np.concatenate, zip(*GROUPS))
 ORDER = np.argsort(BIRTH, kind="stable")  # so that the living come first
+BIRTH = BIRTH[ORDER]
 
 x, v, c, d, a, b = (ti.Vector.field(2, ti.f32) for _ in range(6))
 q, owner = ti.field(ti.f32), ti.field(ti.i32)  # state of the material; object
 ti.root.dense(ti.i, len(ORDER)).place(x, v, c, d, a, b, q, owner)
-grid = ti.Vector.field(3, ti.f32, (N_GRID, N_GRID))  # momentum x, y; mass
+grid = ti.Vector.field(3, ti.f32, (N_GRID, N_GRID))  # momentum or velocity; mass
 
 
 # region materials
@@ -329,13 +333,19 @@ def grid_to_particles(alive: int):
         base = ti.floor(x[p] / DX - 0.5, ti.i32)
         f = x[p] / DX - base
         w = bspline(f)
-        u, turn, shear = vec2(0.0), vec2(0.0), vec2(0.0)
+        u, turn, shear, heap = vec2(0.0), vec2(0.0), vec2(0.0), 0.0
         for i, j in ti.static(ti.ndrange(3, 3)):
-            g = w[i].x * w[j].y * grid[base + ivec2(i, j)].xy
-            u += g
-            turn += cmul(g, cconj(vec2(i, j) - f))
-            shear += cmul(g, vec2(i, j) - f)
+            node = w[i].x * w[j].y * grid[base + ivec2(i, j)]
+            u += node.xy
+            turn += cmul(node.xy, cconj(vec2(i, j) - f))
+            shear += cmul(node.xy, vec2(i, j) - f)
+            heap += node.z
         v[p], c[p], d[p] = u, 2.0 / DX * turn, 2.0 / DX * shear
+        # region if liquid
+        for k in ti.static(LIQUIDS):
+            if owner[p] == k:
+                q[p] = settle(q[p], heap / (DX**2 * MATTER[k]["density"]), DT)
+        # endregion
         moved = x[p] + DT * u
         # region if collider
         for k in ti.static(COLLIDERS):  # thin and fast ones overtake particles
@@ -388,7 +398,7 @@ def frames():
     for field, rest in zip((a, b, c, d, q), (vec2(1, 0), 0, 0, 0, 1)):
         field.fill(rest)
     for step in range(SIMULATION["duration_frames"] * SIMULATION["substeps_per_frame"]):
-        alive = int(np.searchsorted(BIRTH[ORDER], step, side="right"))
+        alive = int(np.searchsorted(BIRTH, step, side="right"))
         if step % SIMULATION["substeps_per_frame"] == 0:
             draw(alive, step * DT, image)
             yield COLORS[image]

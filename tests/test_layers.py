@@ -32,17 +32,21 @@ class Import:
     target: str
     line: int
     at_top: bool
+    for_types: bool
 
 
 def imports_of(source: str) -> Iterator[Import]:
-    """Yield every import of a module; `at_top` ones run when it is imported."""
+    """Yield every import of a module.
+
+    Those `at_top` run when it is imported; those `for_types` never run.
+    """
     tree = ast.parse(source)
-    inside = {
-        id(node)
-        for function in ast.walk(tree)
-        if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
-        for node in ast.walk(function)
-    }
+    inside, unexecuted = set(), set()
+    for block in ast.walk(tree):
+        if isinstance(block, ast.FunctionDef | ast.AsyncFunctionDef):
+            inside |= {id(node) for node in ast.walk(block)}
+        if isinstance(block, ast.If) and "TYPE_CHECKING" in ast.unparse(block.test):
+            unexecuted |= {id(node) for part in block.body for node in ast.walk(part)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             targets = [alias.name for alias in node.names]
@@ -52,7 +56,9 @@ def imports_of(source: str) -> Iterator[Import]:
         else:
             continue
         for target in targets:
-            yield Import(target, node.lineno, id(node) not in inside)
+            yield Import(
+                target, node.lineno, id(node) not in inside, id(node) in unexecuted
+            )
 
 
 def package_sources() -> dict[str, str]:
@@ -127,15 +133,19 @@ def optional_errors(sources: Mapping[str, str]) -> list[str]:
         f"{module}:{found.line} imports {found.target}"
         for module, source in sources.items()
         for found in imports_of(source)
-        if found.at_top and found.target.split(".")[0] in OPTIONAL
+        if found.at_top
+        and not found.for_types
+        and found.target.split(".")[0] in OPTIONAL
     ]
 
 
 def imported_modules(source: str, modules: Iterable[str]) -> set[str]:
-    """Return which of `modules` a module imports, by name or for a name in it."""
+    """Return which of `modules` a module runs by importing them or a name in them."""
     known = set(modules)
     found = set()
     for item in imports_of(source):
+        if item.for_types:
+            continue
         if item.target in known:
             found.add(item.target)
         elif item.target.rpartition(".")[0] in known:
@@ -146,6 +156,7 @@ def imported_modules(source: str, modules: Iterable[str]) -> set[str]:
 def cycle_errors(sources: Mapping[str, str]) -> list[str]:
     """Return a cycle of imports between files, wherever in the files they stand.
 
+    Imports for the type checker alone do not count.
     The root is left out: others take only `__version__` from it, which the rule of
     directions holds, and its own imports are deferred until they are used.
     """
@@ -206,6 +217,13 @@ def test_every_folder_is_read():
         (
             "cycle_errors",
             {
+                "mpmworlds.sim.a": "if TYPE_CHECKING: 0\nelse: import mpmworlds.sim.b",
+                "mpmworlds.sim.b": "import mpmworlds.sim.a",
+            },
+        ),
+        (
+            "cycle_errors",
+            {
                 "mpmworlds.sim": "from mpmworlds.sim.a import y",
                 "mpmworlds.sim.a": "from mpmworlds.sim import x",
             },
@@ -229,6 +247,13 @@ def test_offending_module_is_found(check, sources):
         ("taichi_errors", {"mpmworlds.sim.physics.a": "import taichi as ti"}),
         ("taichi_errors", {"mpmworlds.sim.emit": "TEXT = 'import taichi as ti'"}),
         ("optional_errors", {"mpmworlds.loaders.t": "def f():\n import torch"}),
+        (
+            "cycle_errors",
+            {
+                "mpmworlds.sim.a": "if TYPE_CHECKING:\n import mpmworlds.sim.b",
+                "mpmworlds.sim.b": "import mpmworlds.sim.a",
+            },
+        ),
         (
             "cycle_errors",
             {

@@ -81,7 +81,7 @@ PREFIX = CONTINUATION[:6]
     ("answers", "outcome", "reason"),
     [
         ([], "no_candidate", "no candidate"),
-        ([RuntimeError("out of luck")], "exception", "RuntimeError: out of luck"),
+        ([RuntimeError("out of luck")], "predictor_error", "RuntimeError: out of luck"),
         ([Failure("timeout", "60 s")], "timeout", "60 s"),
         ([Candidate(CONTINUATION[1:])], "wrong_shape", r"(9, 32, 32, 3), must be (10,"),
         ([Candidate(CONTINUATION / 255)], "wrong_type", "float64, must be"),

@@ -63,7 +63,7 @@ def test_any_torn_end_is_cut_off_to_whole_samples(path, provenance, caplog):
     whole = path.read_bytes()
     lines = whole.splitlines(keepends=True)
     ends = [0, len(lines[0]), len(b"".join(lines[:4])), len(whole)]
-    for size in range(0, len(whole) + 1, 7):
+    for size in range(0, len(whole) + 1, 31):
         path.write_bytes(whole[:size])
         caplog.clear()
         with ResultsFile(path, provenance) as file:

@@ -78,7 +78,8 @@ def test_samples_of_one_family_are_resampled_together() -> None:
     assert (together.low, together.high) == (0.0, 1.0)
     apart = [replace(r, family_id=r.sample_id) for r in zeros + ones]
     alone = summarise(apart, "mse")["a"].valid
-    assert alone.low is not None and alone.high is not None
+    assert alone.low is not None
+    assert alone.high is not None
     assert 0.2 <= alone.low < 0.5 < alone.high <= 0.8
 
 
@@ -112,7 +113,8 @@ def test_interval_covers_a_normal_mean_as_its_standard_error_says() -> None:
     generator = np.random.default_rng(3)
     rows = [row(f"p{k}", float(v)) for k, v in enumerate(generator.normal(size=400))]
     valid = summarise(rows, "mse")["a"].valid
-    assert valid.mean is not None and valid.sem is not None
+    assert valid.mean is not None
+    assert valid.sem is not None
     assert valid.low == pytest.approx(valid.mean - 1.96 * valid.sem, abs=0.01)
     assert valid.high == pytest.approx(valid.mean + 1.96 * valid.sem, abs=0.01)
 

@@ -1,5 +1,7 @@
 """What counts as a clip and as foreground, for every metric."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -30,13 +32,9 @@ each_compared = pytest.mark.parametrize(
 def test_error_names_type_and_shape_of_what_is_no_clip(
     array: np.ndarray[tuple[int, ...], np.dtype[np.uint8]],
 ) -> None:
-    with pytest.raises(ValueError) as error:
+    found = re.escape(f"prediction: {array.dtype} {array.shape}, ")
+    with pytest.raises(ValueError, match=f"^{found}must be uint8"):
         check_clip(array, "prediction")
-    message = str(error.value)
-    assert message.startswith("prediction: ")
-    assert str(array.dtype) in message
-    assert str(array.shape) in message
-    assert "must be uint8 (T, H, W, 3)" in message
 
 
 def test_error_names_what_is_no_array() -> None:
@@ -50,10 +48,11 @@ def test_error_names_both_shapes_when_clips_differ(
     metric: Metric, shape: tuple[int, ...]
 ) -> None:
     other = np.zeros(shape, dtype=np.uint8)
-    with pytest.raises(ValueError) as error:
+    with pytest.raises(
+        ValueError, match=re.escape(f"prediction {CLIP.shape} and reference {shape}:")
+    ):
         metric(CLIP, other)
-    assert f"prediction {CLIP.shape} and reference {shape}" in str(error.value)
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="equal shapes"):
         metric.curve(other, CLIP)
 
 
