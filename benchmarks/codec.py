@@ -44,10 +44,9 @@ def main(paths: list[str]) -> None:
             seen = encode.decode_mp4(data)
             decoded = time.perf_counter()
             exact = np.array_equal(frames, seen)
+            size = f"{len(data) / 1e3:.0f}"
             times = f"{encoded - start:.1f} | {decoded - encoded:.1f}"
-            sys.stdout.write(
-                f"| {path.stem} | {name} | {len(data) / 1e3:.0f} | {times} | {exact} |\n"
-            )
+            sys.stdout.write(f"| {path.stem} | {name} | {size} | {times} | {exact} |\n")
 
 
 if __name__ == "__main__":

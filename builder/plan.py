@@ -1,7 +1,7 @@
-"""The plan of a corpus: every scene with its lineage and split, before any is rendered.
+"""The plan of a corpus: every scene, its lineage and its split, before any is rendered.
 
-Each sample draws from a stream keyed by its own id, so that samples can be added without
-changing any other.
+Each sample draws from a stream keyed by its own id, so that samples can be added
+without changing any other.
 """
 
 import json
@@ -39,13 +39,14 @@ class Profile:
     root_seed
         Seed of every random choice.
     seeds
-        How many seed scenes, in the order of their numbers.
+        Ids of the seed scenes that are part of it, such as ``s03``. Parents are composed
+        from all seeds.
     parents
         How many composed parents.
     children
         Children of each seed and each parent.
-    perturbations
-        Perturbations of each seed, parent and child.
+    root_perturbations, child_perturbations
+        Perturbations of each seed and parent, and of each child.
     grid_resolution, resolution
         Cells and pixels per side.
     duration_frames
@@ -55,10 +56,11 @@ class Profile:
     """
 
     root_seed: int
-    seeds: int
+    seeds: tuple[str, ...]
     parents: int
     children: int
-    perturbations: int
+    root_perturbations: int
+    child_perturbations: int
     grid_resolution: int
     resolution: int
     duration_frames: int
@@ -76,6 +78,7 @@ class Profile:
         try:
             return cls(
                 split=SplitParams(**fields.pop("split")),
+                seeds=tuple(fields.pop("seeds")),
                 root_seed=params["root_seed"],
                 **fields,
             )
@@ -118,45 +121,59 @@ def write_plan(profile: Profile, path: Path) -> list[ManifestRow]:
     Raises
     ------
     PlanError
-        If there are fewer seeds than the profile asks for.
+        If the profile asks for a seed that there is not.
     NoCandidateError
         If no draw for a sample is a valid scene.
     """
-    drafts = tqdm(plan(profile), desc="plan", unit="scene", total=_total(profile))
+    drafts = tqdm(
+        plan(profile), desc="plan", unit="scene", total=len(sample_ids(profile))
+    )
     rows = sorted((_row(draft, profile) for draft in drafts), key=lambda row: row.id)
     write_manifest(path, rows)
     return rows
 
 
+def sample_ids(profile: Profile) -> list[str]:
+    """Ids of a corpus, sorted, without planning its scenes."""
+    roots = [SampleId.parse(seed) for seed in profile.seeds]
+    roots += [SampleId.parse(f"p{i:04d}") for i in range(profile.parents)]
+    children = [SampleId(r.family, j) for r in roots for j in range(profile.children)]
+    perturbed = [
+        SampleId(template.family, template.child, j)
+        for template, count in [
+            *((root, profile.root_perturbations) for root in roots),
+            *((child, profile.child_perturbations) for child in children),
+        ]
+        for j in range(count)
+    ]
+    return sorted(map(str, roots + children + perturbed))
+
+
 def plan(profile: Profile) -> Iterator[Draft]:
     """Yield the samples of a corpus: roots, their children, then perturbations."""
-    seeds = load_seeds()
-    if profile.seeds > len(seeds) or len(seeds) < 2:
-        raise PlanError(f"the profile asks for {profile.seeds} of {len(seeds)} seeds")
-    for root in _roots(profile, seeds):
+    for root in _roots(profile, load_seeds()):
         family, templates = root.id.family, [root]
         for j in range(profile.children):
             sample = SampleId(family, j)
             templates.append(_descendant(profile, root, sample, "child"))
         yield from templates
         for template in templates:
-            for j in range(profile.perturbations):
+            count = profile.child_perturbations
+            if template is root:
+                count = profile.root_perturbations
+            for j in range(count):
                 sample = SampleId(family, template.id.child, j)
                 yield _descendant(profile, template, sample, "perturbation")
 
 
 def _roots(profile: Profile, seeds: dict[str, Scene]) -> Iterator[Draft]:
-    for name in sorted(seeds)[: profile.seeds]:
-        kept = _kept(profile, seeds[name])
-        yield Draft(
-            SampleId.parse(name.split("_")[0]),
-            "seed",
-            "",
-            (name,),
-            "",
-            seeds[name],
-            kept,
-        )
+    names = {name.split("_")[0]: name for name in seeds}
+    for seed in profile.seeds:
+        if seed not in names:
+            raise PlanError(f"there is no seed {seed!r}; there are {', '.join(names)}")
+        scene = seeds[names[seed]]
+        sample, kept = SampleId.parse(seed), _kept(profile, scene)
+        yield Draft(sample, "seed", "", (names[seed],), "", scene, kept)
     for i in range(profile.parents):
         yield _parent(profile, i, seeds)
 
@@ -203,11 +220,6 @@ def _kept(profile: Profile, scene: Scene) -> Scene:
     return rescale(
         scene, profile.grid_resolution, profile.resolution, profile.duration_frames
     )
-
-
-def _total(profile: Profile) -> int:
-    templates = (profile.seeds + profile.parents) * (1 + profile.children)
-    return templates * (1 + profile.perturbations)
 
 
 def _row(draft: Draft, profile: Profile) -> ManifestRow:

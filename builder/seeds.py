@@ -6,7 +6,7 @@ from mpmworlds.sim.scene import Scene
 
 
 def load_seeds() -> dict[str, Scene]:
-    """All seed scenes by name, such as `s03_snow_mixer`, in the order of their numbers."""
+    """All seed scenes by name, such as `s03_snow_mixer`, in order of their numbers."""
     folder = files("mpmworlds.builder").joinpath("seeds")
     names = sorted(f.name for f in folder.iterdir() if f.name.endswith(".yaml"))
     return {

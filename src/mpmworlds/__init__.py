@@ -1,3 +1,42 @@
-"""MPMWorlds: 2D Material Point Method worlds as programs, scenes and videos."""
+"""MPMWorlds: 2D Material Point Method worlds as programs, scenes and videos.
+
+Importing this package is light. Names below are loaded when they are first used, and
+`datasets.load_dataset("mpmworlds")` finds the release from then on.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from mpmworlds.loaders import alias
+
+if TYPE_CHECKING:
+    from mpmworlds import metrics as metrics
+    from mpmworlds.loaders.load import load as load
+    from mpmworlds.sim.link import link as link
+    from mpmworlds.sim.run import run as run
+    from mpmworlds.sim.scene import Scene as Scene
 
 __version__ = "0.1.0"
+__all__ = ["Scene", "link", "load", "metrics", "run"]
+
+_HOMES = {
+    "Scene": "mpmworlds.sim.scene",
+    "link": "mpmworlds.sim.link",
+    "load": "mpmworlds.loaders.load",
+    "run": "mpmworlds.sim.run",
+}
+
+alias.install()
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    if name == "metrics":
+        return import_module("mpmworlds.metrics")
+    raise AttributeError(f"module 'mpmworlds' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,7 @@
+"""`python -m mpmworlds` is the command `mpmworlds`."""
+
+import sys
+
+from mpmworlds.cli import main
+
+sys.exit(main())
