@@ -4,6 +4,7 @@ The header is what makes ``load_dataset`` work: without it the library guesses s
 from file names and takes ``modification_validation`` for ``validation``.
 """
 
+import inspect
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,8 +24,10 @@ from mpmworlds.builder.features import (
 )
 from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.statistics import count_scenes
+from mpmworlds.sim.materials import MATERIALS
 
 FIELDS_MARK: Final = "<!-- fields -->"
+MATERIALS_MARK: Final = "<!-- materials -->"
 STATISTICS_MARK: Final = "<!-- statistics -->"
 
 _SIZE_CATEGORIES: Final = (
@@ -88,6 +91,7 @@ def card_text(
     """
     body = files("mpmworlds").joinpath("dataset_card.md").read_text(encoding="utf-8")
     body = body.replace(FIELDS_MARK, fields_table())
+    body = body.replace(MATERIALS_MARK, materials_table())
     body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, version))
     return f"---\n{header(rows, sizes, version)}---\n\n{body}"
 
@@ -155,6 +159,20 @@ def _type(feature: Any) -> str:  # features have no common type
     if inner is not None:
         return f"list of {inner.dtype}"
     return "video" if feature._type == "Video" else str(feature.dtype)
+
+
+def materials_table() -> str:
+    """Return the constitutive models and their parameters as a Markdown table."""
+    lines = ["| model | what it is | parameters |", "|---|---|---|"]
+    for name, material in sorted(MATERIALS.items()):
+        meaning = inspect.cleandoc(material.__doc__ or "").partition("\n")[0]
+        parameters = ", ".join(
+            f"`{parameter}`: {info.description}"
+            for parameter, info in material.model_fields.items()
+            if parameter != "constitutive_model"
+        )
+        lines.append(f"| `{name}` | {meaning} | {parameters} |")
+    return "\n".join(lines)
 
 
 def statistics_text(

@@ -20,7 +20,7 @@ def disk_errors_named(path: Path) -> Iterator[None]:
     Parameters
     ----------
     path
-        The file that is being written, for the message.
+        What is being written, for the message if the error names no file itself.
 
     Raises
     ------
@@ -33,6 +33,6 @@ def disk_errors_named(path: Path) -> Iterator[None]:
         if error.errno not in _NO_ROOM:
             raise
         raise DiskFullError(
-            f"{path}: no room to write it ({error.strerror}); free some space and run "
-            "the same command again, what is finished is kept"
+            f"{error.filename or path}: no room to write it ({error.strerror}); free "
+            "some space and run the same command again, what is finished is kept"
         ) from error

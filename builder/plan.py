@@ -39,8 +39,8 @@ class Profile:
     root_seed
         Seed of every random choice.
     seeds
-        Ids of the seed scenes that are part of it, such as ``s03``. Parents are composed
-        from all seeds.
+        Ids of the seed scenes that are part of it, such as ``s03``. Parents are
+        composed from all seeds.
     parents
         How many composed parents.
     children

@@ -135,7 +135,7 @@ def _prepare(out_dir: Path, plan: Sequence[PlannedShard]) -> Path:
     for name in files_below(out_dir):
         if name not in planned:
             (out_dir / name).unlink()
-    for part in notes.rglob("*.part"):
+    for part in out_dir.rglob("*.part"):
         part.unlink()
     for shard in plan:
         for folder in (out_dir, notes):

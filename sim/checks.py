@@ -1,6 +1,6 @@
 """Rules that no single field can see: layout, looks, stability, emission.
 
-Each check takes a scene and yields faults; a scene without faults can be linked and run.
+Each check takes a scene and yields faults; a scene without any can be linked and run.
 """
 
 import math
@@ -9,10 +9,10 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from mpmworlds.sim.fields import polygon_area
 from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.sim.objects import DynamicBody, Emitter
 from mpmworlds.sim.palette import hue_deg, saturation
 from mpmworlds.sim.shapes import Outline
 
@@ -45,8 +45,8 @@ def spacing(scene: "Scene") -> float:
 def jet_width(emitter: Any) -> float:
     """Extent of an emitter's nozzle across its jet [m]."""
     vx, vy = emitter.emission.velocity
-    angle = emitter.shape.angle() - math.atan2(vy, vx)
-    width, height = emitter.shape.size
+    angle: float = emitter.shape.angle() - math.atan2(vy, vx)
+    width, height = map(float, emitter.shape.size)
     return abs(width * math.sin(angle)) + abs(height * math.cos(angle))
 
 
@@ -58,7 +58,7 @@ def fastest_step(scene: "Scene") -> tuple[float, str]:
     waves = [
         (thing.physics_properties.wave_speed(), thing.name)
         for thing in scene.objects
-        if thing.object_type not in COLLIDERS
+        if isinstance(thing, DynamicBody | Emitter)
     ]
     wave, name = max(waves)
     return COURANT * dx / (wave + speed), name
@@ -74,9 +74,9 @@ def _speed(thing: Any) -> float:
     reach = float(np.linalg.norm(corners, axis=1).max())
     if thing.object_type == "dynamic_body":
         state = thing.initial_state
-        return math.hypot(*state.velocity) + abs(state.angular_velocity) * reach
+        return math.hypot(*state.velocity) + abs(float(state.angular_velocity)) * reach
     if thing.kinematics.type == "rotate":
-        return abs(thing.kinematics.angular_velocity) * reach
+        return abs(float(thing.kinematics.angular_velocity)) * reach
     return math.hypot(*thing.kinematics.velocity)
 
 
@@ -162,7 +162,8 @@ def _check_colors(scene: "Scene") -> Iterator[str]:
         if min(apart, 360.0 - apart) < HUE_STEP:
             yield (
                 f"{_label(scene, j)}: color = '{b}' is too near to '{a}' of "
-                f"{_label(scene, i)}; take the same, or a hue {HUE_STEP:.0f} degrees away"
+                f"{_label(scene, i)}; take the same, or a hue {HUE_STEP:.0f} degrees "
+                "away"
             )
 
 
@@ -199,26 +200,32 @@ def _check_domain(scene: "Scene") -> Iterator[str]:
 
 
 def _check_overlap(scene: "Scene") -> Iterator[str]:
-    covered = [raster(thing.shape.outline()) for thing in scene.objects]
+    outlines = [thing.shape.outline() for thing in scene.objects]
     for i, j in combinations(range(len(scene.objects)), 2):
         if all(scene.objects[k].object_type in COLLIDERS for k in (i, j)):
             continue
-        if (covered[i] & covered[j]).any():
+        if overlap(outlines[i], outlines[j]):
             yield (
                 f"{_label(scene, j)}: shape overlaps {_label(scene, i)} at the start; "
                 "move one of them"
             )
 
 
-def raster(outline: Outline) -> npt.NDArray[np.bool_]:
-    """Pixels (RASTER, RASTER) whose whole neighbourhood an outline covers."""
+def overlap(one: Outline, other: Outline) -> bool:
+    """Whether two outlines have a pixel in common, with its whole neighbourhood."""
     import cv2  # here, because reading a schema should not load it
 
-    image = np.zeros((RASTER, RASTER), np.uint8)
-    for polygon in outline:
-        corners = np.rint(polygon * RASTER * 16 - 8).astype(np.int32)
-        cv2.fillPoly(image, [corners], 1, shift=4)
-    return cv2.erode(image, np.ones((3, 3), np.uint8)) > 0
+    a, b = np.concatenate(one), np.concatenate(other)
+    if (np.maximum(a.min(0), b.min(0)) > np.minimum(a.max(0), b.max(0))).any():
+        return False
+    both = np.full((RASTER, RASTER), 1, np.uint8)
+    for outline in (one, other):
+        image = np.zeros_like(both)
+        for polygon in outline:
+            corners = np.rint(polygon.clip(-1.0, 2.0) * RASTER * 16 - 8)
+            cv2.fillPoly(image, [corners.astype(np.int32)], 1, shift=4)
+        both &= image
+    return bool(cv2.erode(both, np.ones((3, 3), np.uint8)).any())
 
 
 CHECKS: tuple[Callable[["Scene"], Iterator[str]], ...] = (

@@ -49,7 +49,7 @@ def main(path: str, pipe: int, max_frames: int, memory: int) -> None:
         status, message = "bad_frames", str(error)
     except NoFrames as error:
         status, message = "no_frames", str(error)
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001 - it is reported, whatever it is
         status, message = "exception", f"{type(error).__name__}: {error}"
         traceback.print_exc()
     payload = json.dumps({"status": status, "message": message}).encode()
@@ -90,7 +90,8 @@ def _send_frames(program: ModuleType, pipe: int, max_frames: int) -> None:
 
 def _checked(frames: Any) -> Iterator[Any]:
     for i, frame in enumerate(frames):
-        dtype, shape = str(getattr(frame, "dtype", None)), getattr(frame, "shape", ())
+        dtype = str(getattr(frame, "dtype", None))
+        shape: tuple[int, ...] = getattr(frame, "shape", ())
         if dtype != "uint8" or len(shape) != 3 or shape[2] != 3 or not frame.size:
             kind = type(frame).__name__
             raise BadFrames(

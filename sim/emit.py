@@ -3,7 +3,6 @@
 Each function returns the lines of one region of the skeleton.
 """
 
-from collections.abc import Iterable
 from typing import Any
 
 from mpmworlds.sim.materials import MATERIALS
@@ -12,6 +11,7 @@ from mpmworlds.sim.scene import Scene
 from mpmworlds.sim.shapes import SHAPES
 
 WIDTH = 88
+STATIC_TEST = 'ti.static({}["{}"] == "{}")'
 SECTIONS = ("simulation", "environment", "objects", "output")
 
 
@@ -35,9 +35,7 @@ def literal(value: Any, indent: int = 0, before: int = 0, after: int = 0) -> str
     lines = [
         space + head + literal(item, indent + 4, len(head), 1) for head, item in heads
     ]
-    return f"{opening}\n{''.join(f'{line},{chr(10)}' for line in lines)}" + (
-        f"{' ' * indent}{closing}"
-    )
+    return "\n".join([opening, *(f"{line}," for line in lines), " " * indent + closing])
 
 
 def _flat(value: Any) -> str:
@@ -58,44 +56,53 @@ def emit_scene(scene: Scene) -> str:
 
 
 def emit_shapes(scene: Scene) -> str:
-    """The signed distance of the shapes that occur."""
+    """The measures and the signed distance of the shapes that occur."""
     kinds = sorted({thing.shape.type for thing in scene.objects})
-    branches = [(kind, [f"s = {SHAPES[kind].DISTANCE}"]) for kind in kinds]
+    numbers = {kind: i for i, kind in enumerate(kinds)}
+    returns = [
+        [f"reach = {SHAPES[k].REACH}", f"return [{SHAPES[k].MEASURES}, reach]"]
+        for k in kinds
+    ]
+    tests = [
+        (f'shape["type"] == "{kind}"', lines)
+        for kind, lines in zip(kinds, returns, strict=True)
+    ]
+    branches = [
+        (f"kind[k] == {i}", [f"s = {SHAPES[kind].DISTANCE}"])
+        for kind, i in numbers.items()
+    ]
     return (
-        "@ti.func\ndef distance(shape: ti.template(), p):\n"
-        '    """Signed distance [m] and normal of a shape at p, in its own frame."""\n'
-        + _choose('shape["type"]', ["s = vec3(0.0)"], branches)
-        + f"    return s\n\n\n{_reach(kinds)}"
-    )
-
-
-def _reach(kinds: list[str]) -> str:
-    """The radius of the circle around each shape that occurs."""
-    tests = "".join(
-        f'    if shape["type"] == "{kind}":\n        return {SHAPES[kind].REACH}\n'
-        for kind in kinds[:-1]
-    )
-    return (
-        "def reach(shape):\n"
-        '    """Radius [m] of the circle around its center that holds a shape."""\n'
-        f"{tests}    return {SHAPES[kinds[-1]].REACH}\n"
+        f"KINDS = {literal(numbers, 0, 8)}\n\n\n"
+        "def measures(shape):\n"
+        '    """Numbers of a shape for its distance, and the radius around its center."""\n'
+        + _choose([], tests)
+        + "\n\n"
+        "@ti.func\ndef distance(k, p):\n"
+        '    """Signed distance [m] and normal of object k at p, in its own frame."""\n'
+        "    m = measure[k]\n" + _choose(["s = vec3(0.0)"], branches) + "    return s\n"
     )
 
 
 def emit_motion(scene: Scene) -> str:
     """The motions of colliders that occur."""
-    kinds = sorted(
+    kinds: list[str] = sorted(
         {
             thing.kinematics.type
             for thing in scene.objects
             if thing.object_type == "kinematic_collider"
         }
     )
-    branches = [(kind, [f"moved, rate = {MOTIONS[kind].MOVE}"]) for kind in kinds]
+    branches = [
+        (
+            STATIC_TEST.format("motion", "type", kind),
+            [f"moved, rate = {MOTIONS[kind].MOVE}"],
+        )
+        for kind in kinds
+    ]
     return (
         "@ti.func\ndef move(k: ti.template(), motion: ti.template(), t):\n"
         '    """Put collider k where its motion has it at time t [s]."""\n'
-        + _choose('motion["type"]', ["moved, rate = vec3(0.0), vec3(0.0)"], branches)
+        + _choose(["moved, rate = vec3(0.0), vec3(0.0)"], branches)
         + "    now, twist[k] = vec3(HOME[k]) + moved, rate\n"
         "    pose[k] = vec4(now.xy, ti.cos(now.z), ti.sin(now.z))\n"
     )
@@ -104,13 +111,17 @@ def emit_motion(scene: Scene) -> str:
 def emit_materials(scene: Scene) -> str:
     """The stress of the materials that occur."""
     models = sorted(materials_of(scene))
-    branches = [(name, MATERIALS[name].STRESS.splitlines()) for name in models]
+    branches = [
+        (
+            STATIC_TEST.format("m", "constitutive_model", name),
+            MATERIALS[name].STRESS.splitlines(),
+        )
+        for name in models
+    ]
     return (
         "@ti.func\ndef stress(p, m: ti.template()):\n"
         '    """Strain particle p of material m for a step; Kirchhoff stress [Pa]."""\n'
-        "    t, z = 0.0, vec2(0.0)\n"
-        + _choose('m["constitutive_model"]', [], branches)
-        + "    return t, z\n"
+        "    t, z = 0.0, vec2(0.0)\n" + _choose([], branches) + "    return t, z\n"
     )
 
 
@@ -123,15 +134,12 @@ def materials_of(scene: Scene) -> set[str]:
     }
 
 
-def _choose(
-    key: str, start: Iterable[str], branches: list[tuple[str, list[str]]]
-) -> str:
-    """Lines of an if chain over the values of a compile-time key; one needs no test."""
+def _choose(start: list[str], branches: list[tuple[str, list[str]]]) -> str:
+    """Lines of an if chain of tests; a single branch needs no test."""
     if len(branches) == 1:
         return "".join(f"    {line}\n" for line in branches[0][1])
     text = "".join(f"    {line}\n" for line in start)
-    for i, (value, lines) in enumerate(branches):
-        word = "elif" if i else "if"
-        text += f'    {word} ti.static({key} == "{value}"):\n'
+    for i, (test, lines) in enumerate(branches):
+        text += f"    {'elif' if i else 'if'} {test}:\n"
         text += "".join(f"        {line}\n" for line in lines)
     return text

@@ -23,6 +23,8 @@ RULES = {
     "union_tag_invalid": "must be one of {expected_tags}",
 }
 
+LONGEST = 60  # characters of a value that an error shows
+
 
 class SceneError(ValueError):
     """A scene that is not valid; `faults` holds one line for each thing wrong."""
@@ -56,7 +58,7 @@ def _line(fault: Any, data: Any) -> str:
         where = f"objects[{keys[1]}]" + (f" '{name}'" if name else "") + ": "
         keys = keys[2:]
     field = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys)[1:]
-    return where + _fault(fault, field or "object", node)
+    return where + _fault(fault, field, node)
 
 
 def _tags(node: dict[str, Any]) -> set[Any]:
@@ -73,14 +75,20 @@ def _fault(fault: Any, field: str, value: Any) -> str:
         return f"{field} is missing; add it"
     if kind == "extra_forbidden":
         return f"{field} is not a known key; remove it or check its spelling"
-    if kind == "union_tag_not_found":
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
         key = context["discriminator"].strip("'")
-        return f"{field}.{key} is missing; it says which kind of {field} this is"
-    if kind == "union_tag_invalid":
-        key = context["discriminator"].strip("'")
-        field, value = f"{field}.{key}", context["tag"]
+        what, field = field or "object", f"{field}.{key}".removeprefix(".")
+        if kind == "union_tag_not_found":
+            return f"{field} is missing; it says which kind of {what} this is"
+        value = value[key]
     if kind == "value_error":
         rule = str(context["error"])
-        return rule if rule.startswith(field) else f"{field} = {value!r}, {rule}"
+        return rule if rule.startswith(field) else f"{field} = {_shown(value)}, {rule}"
     rule = RULES[kind].format(**context) if kind in RULES else fault["msg"]
-    return f"{field} = {value!r}, {rule}"
+    return f"{field or 'object'} = {_shown(value)}, {rule}"
+
+
+def _shown(value: Any) -> str:
+    """A value as its file has it, cut short if it is long."""
+    text = repr(list(value) if isinstance(value, tuple) else value)
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

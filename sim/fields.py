@@ -4,9 +4,10 @@ Every field is tagged with what it gives away: *material*, *position*, *appearan
 *neutral*. The side-information regimes of a benchmark redact by tag, never by name.
 """
 
-from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from mpmworlds.sim.palette import PALETTE, is_exact, nearest
@@ -15,7 +16,7 @@ Tag = Literal["material", "position", "appearance", "neutral"]
 
 
 class Part(BaseModel):
-    """A part of a scene: immutable, no unknown keys, finite numbers of the right type."""
+    """A part of a scene: immutable, no unknown keys, finite numbers of one type."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False
@@ -56,8 +57,7 @@ Points = Annotated[
 Color = Annotated[str, Field(pattern="^#[0-9A-Fa-f]{6}$"), AfterValidator(_exact)]
 
 
-def polygon_area(points: Sequence[Sequence[float]]) -> float:
-    """Area of a simple polygon, shape (n, 2) [m] -> [m^2], positive either way round."""
-    following = [*points[1:], points[0]]
-    pairs = zip(points, following, strict=True)
-    return 0.5 * abs(sum(a[0] * b[1] - b[0] * a[1] for a, b in pairs))
+def polygon_area(points: npt.ArrayLike) -> float:
+    """Area [m^2] of a simple polygon, shape (n, 2) [m]; positive either way round."""
+    x, y = np.asarray(points, np.float64).T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))

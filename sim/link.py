@@ -25,6 +25,7 @@ REGIONS: dict[str, Callable[[Scene], str]] = {
     "materials": emit.emit_materials,
     "motion": emit.emit_motion,
 }
+NEEDED = {"shapes": "solid", "motion": "moving"}  # features without which one is empty
 MARK = re.compile(r"^( *)# (region (.*)|endregion)$")
 MATH = "from taichi.math import "
 
@@ -62,10 +63,12 @@ def link(scene: Scene) -> str:
     """
     body = "".join(_fill(scene))
     library = _library()
-    needed = _closure(_names(body), library)
+    used = _used(body)
+    needed = _closure(used, library)
+    used = used.union(*(library[name].uses for name in needed))
     functions = [library[name].text for name in library if name in needed]
     body = body.replace("# physics\n", "\n\n".join(functions))
-    body = _blank_lines(_imports(body))
+    body = _blank_lines(_imports(body, used))
     missing = unresolved(body)
     if missing:
         raise LinkError(f"the program uses undefined names: {', '.join(missing)}")
@@ -99,18 +102,9 @@ def _plain(node: ast.expr) -> Any:
 
 def unresolved(program: str) -> list[str]:
     """Global names that a program uses but never binds."""
-    table = symtable.symtable(program, "program.py", "exec")
-    bound = {s.get_name() for s in table.get_symbols() if s.is_assigned()}
-    bound |= {s.get_name() for s in table.get_symbols() if s.is_imported()}
-    used: set[str] = set()
-    tables = [table]
-    while tables:
-        scope = tables.pop()
-        tables += scope.get_children()
-        used |= {s.get_name() for s in scope.get_symbols() if s.is_global()}
-        if scope is table:
-            used |= {s.get_name() for s in scope.get_symbols() if s.is_referenced()}
-    return sorted(used - bound - set(dir(builtins)) - {"__name__"})
+    symbols = symtable.symtable(program, "program.py", "exec").get_symbols()
+    bound = {s.get_name() for s in symbols if s.is_assigned() or s.is_imported()}
+    return sorted(_used(program) - bound - set(dir(builtins)) - {"__name__"})
 
 
 def features(scene: Scene) -> set[str]:
@@ -120,8 +114,12 @@ def features(scene: Scene) -> set[str]:
     found = {names[kind] for kind in kinds if kind in names}
     if kinds & {"static_collider", "kinematic_collider"}:
         found.add("collider")
+    if found & {"body", "collider"}:
+        found.add("solid")
     if "kinematic_collider" in kinds:
         found.add("moving")
+    if any(thing.shape.type == "polygon" for thing in scene.objects):
+        found.add("polygon")
     if "liquid" in emit.materials_of(scene):
         found.add("liquid")
     return found
@@ -146,7 +144,7 @@ def _library() -> dict[str, Function]:
             if isinstance(node, ast.FunctionDef):
                 first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
                 source = "".join(lines[first - 1 : node.end_lineno])
-                found[node.name] = Function(node.name, source, _names(source))
+                found[node.name] = Function(node.name, source, _used(source))
     ordered: dict[str, Function] = {}
     for name in sorted(found):
         _visit(name, found, ordered)
@@ -172,12 +170,18 @@ def _closure(names: frozenset[str], library: dict[str, Function]) -> set[str]:
     return needed
 
 
-def _names(text: str) -> frozenset[str]:
-    return frozenset(
-        node.id
-        for node in ast.walk(ast.parse(text))
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
-    )
+def _used(text: str) -> frozenset[str]:
+    """Global names that a text reads, in whichever scope."""
+    used: set[str] = set()
+    scopes = [symtable.symtable(text, "text", "exec")]
+    while scopes:
+        scope = scopes.pop()
+        scopes += scope.get_children()
+        outermost = scope.get_type() == "module"
+        for symbol in scope.get_symbols():
+            if symbol.is_referenced() and (outermost or symbol.is_global()):
+                used.add(symbol.get_name())
+    return frozenset(used)
 
 
 def _fill(scene: Scene) -> Iterator[str]:
@@ -196,13 +200,12 @@ def _fill(scene: Scene) -> Iterator[str]:
             keep = name[3:] in found
         elif name == "physics":
             yield "# physics\n"
-        elif name in REGIONS and (name != "motion" or "moving" in found):
+        elif name in REGIONS and NEEDED.get(name, "") in found | {""}:
             yield REGIONS[name](scene)
 
 
-def _imports(text: str) -> str:
+def _imports(text: str, used: frozenset[str]) -> str:
     """Drop our own imports, and the names of taichi.math that are not used."""
-    used = _names(text)
     lines = []
     for line in text.splitlines(keepends=True):
         if line.startswith(MATH):

@@ -1,7 +1,7 @@
 """Constitutive models: their parameters, wave speeds, and the lines that use them.
 
-A material is a `Part` with the fields that the scene gives, and `STRESS`: the lines of a
-program's `stress` function for it. They may use the particle index `p`, the time step
+A material is a `Part` with the fields that the scene gives, and `STRESS`: the lines of
+a program's `stress` function for it. They may use the particle index `p`, the time step
 `DT`, the particle fields `a b c d q` and the material's parameters as `m["name"]`; they
 set the Kirchhoff stress `t, z`. Every function they call is linked from `physics`.
 """

@@ -11,8 +11,8 @@ def rescale(
 ) -> Scene:
     """Change cells and pixels per side, and what must change with them.
 
-    The time step follows the cell size and a frame lasts as long as before. The emission
-    rate counts particles, whose area has changed, so mass per time stays.
+    The time step follows the cell size and a frame lasts as long as before. The rate of
+    emission counts particles, whose area has changed, so mass per time stays.
 
     Parameters
     ----------

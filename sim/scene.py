@@ -9,7 +9,8 @@ from typing import Any, Literal
 from pydantic import ValidationError
 
 from mpmworlds.sim.checks import check_scene
-from mpmworlds.sim.errors import SceneError, describe
+from mpmworlds.sim.errors import SceneError as SceneError
+from mpmworlds.sim.errors import describe
 from mpmworlds.sim.fields import Part, Vec2, about
 from mpmworlds.sim.objects import AnyObject, Law
 from mpmworlds.sim.text import dump_yaml, parse_yaml
@@ -94,7 +95,8 @@ class Scene(Part):
 
     def to_data(self) -> dict[str, Any]:
         """Plain data with every field present, in schema order."""
-        return _ordered(self.model_dump(mode="json", by_alias=True))
+        data: dict[str, Any] = _ordered(self.model_dump(mode="json", by_alias=True))
+        return data
 
     def to_yaml(self) -> str:
         """Canonical text: every field, schema order, one layout."""

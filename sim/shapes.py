@@ -4,8 +4,9 @@ An outline is a list of polygons, each (n, 2) [m] in the frame of the shape, tha
 together cover it. Checks and layouts use outlines; the simulation uses the signed
 distances of `physics.shapes`. A test holds the two together.
 
-`DISTANCE` is the line of a program that gives the signed distance at `p`, `REACH` the
-radius around the center; both read the parameters as `shape["name"]`.
+`MEASURES` are the expressions of a program for the up to three numbers m that its
+distance takes, and `REACH` the one for the radius around its center; both read the
+parameters as `shape["name"]`. `DISTANCE` gives the signed distance at `p` from m.
 """
 
 import math
@@ -23,8 +24,9 @@ Outline = list[npt.NDArray[np.float64]]
 class Placed(Part):
     """What every shape has: where it is."""
 
-    DISTANCE: ClassVar[str]
+    MEASURES: ClassVar[str]
     REACH: ClassVar[str]
+    DISTANCE: ClassVar[str]
 
     center: Vec2 = about("position", "center of the shape", "m")
 
@@ -58,8 +60,9 @@ class Turned(Placed):
 class Box(Turned):
     """Rectangle."""
 
-    DISTANCE = 'sd_box(p, shape["size"])'
+    MEASURES = '*shape["size"], 0'
     REACH = 'np.hypot(*shape["size"]) / 2'
+    DISTANCE = "sd_box(p, m.xy)"
 
     type: Literal["box"] = about("neutral", "kind of shape")
     size: Vec2 = about("neutral", "width and height", "m")
@@ -81,8 +84,9 @@ class Box(Turned):
 class Circle(Placed):
     """Disc."""
 
-    DISTANCE = 'sd_circle(p, shape["radius"])'
+    MEASURES = 'shape["radius"], 0, 0'
     REACH = 'shape["radius"]'
+    DISTANCE = "sd_circle(p, m.x)"
 
     type: Literal["circle"] = about("neutral", "kind of shape")
     radius: float = about("neutral", "radius", "m", gt=0.0, le=0.5)
@@ -98,8 +102,9 @@ class Circle(Placed):
 class Polygon(Turned):
     """Simple polygon, convex or not; vertices are relative to the center."""
 
-    DISTANCE = 'sd_polygon(p, shape["vertices"])'
+    MEASURES = 'len(shape["vertices"]), 0, 0'
     REACH = 'max(np.hypot(*vertex) for vertex in shape["vertices"])'
+    DISTANCE = "sd_polygon(p, corners, k, int(m.x))"
 
     type: Literal["polygon"] = about("neutral", "kind of shape")
     vertices: Points = about("neutral", "corners in order, from the center", "m")
@@ -108,10 +113,10 @@ class Polygon(Turned):
     def _simple(self) -> "Polygon":
         if any(abs(x) > 1.0 for vertex in self.vertices for x in vertex):
             raise ValueError("shape.vertices must lie within 1 m of the center")
-        if polygon_area(self.vertices) < 1e-5:
-            raise ValueError("shape.vertices enclose no area; move a vertex")
         if _crosses_itself(np.array(self.vertices)):
             raise ValueError("shape.vertices cross; list the corners in order")
+        if polygon_area(self.vertices) < 1e-5:
+            raise ValueError("shape.vertices enclose no area; move a vertex")
         return self
 
     def local_outline(self) -> Outline:
@@ -122,10 +127,9 @@ class Polygon(Turned):
 class FanBlades(Turned):
     """Straight, round-ended blades around a hub."""
 
-    DISTANCE = (
-        'sd_fan(p, shape["blade_count"], shape["blade_length"], shape["thickness"])'
-    )
+    MEASURES = 'shape["blade_count"], shape["blade_length"], shape["thickness"]'
     REACH = 'shape["blade_length"] + shape["thickness"] / 2'
+    DISTANCE = "sd_fan(p, m.x, m.y, m.z)"
 
     type: Literal["fan_blades"] = about("neutral", "kind of shape")
     blade_count: int = about("neutral", "number of blades", ge=2, le=12)

@@ -108,8 +108,8 @@ AREA = SPACING**2  # of a particle at rest: its volume per unit thickness
 WALLS = ENVIRONMENT["walls"]
 LAWS = {"sticky": 0, "slip": 1, "separate": 2}
 PIXELS = OUTPUT["resolution"]
-BLOB = 2.0 * SPACING  # radius of the metaball that a particle is drawn as
-SOLID = 1.2  # sum of metaballs from which a pixel is covered
+BLOB = 1.85 * SPACING  # radius of the metaball that a particle is drawn as
+SOLID = 0.9  # sum of metaballs from which a pixel is covered
 
 ti.init(arch=ti.cpu, cpu_max_num_threads=1, fast_math=False, log_level=ti.WARN)
 SERIAL = ti.cfg.arch in (ti.x64, ti.arm64)  # on a GPU the same loops run in parallel
@@ -124,69 +124,80 @@ def of_type(object_type):
 # endregion
 
 
-# region shapes
-@ti.func
-def distance(shape: ti.template(), p):
-    """Signed distance [m] and normal of a shape at p, in its own frame."""
-    s = vec3(0.0)
-    if ti.static(shape["type"] == "box"):
-        s = sd_box(p, shape["size"])
-    elif ti.static(shape["type"] == "circle"):
-        s = sd_circle(p, shape["radius"])
-    elif ti.static(shape["type"] == "fan_blades"):
-        s = sd_fan(p, shape["blade_count"], shape["blade_length"], shape["thickness"])
-    return s
-
-
-def reach(shape):
-    """Radius [m] of the circle around its center that holds a shape."""
-    if shape["type"] == "box":
-        return np.hypot(*shape["size"]) / 2
-    if shape["type"] == "circle":
-        return shape["radius"]
-    return shape["blade_length"] + shape["thickness"] / 2
-
-
-# endregion
+N_OBJECTS = len(OBJECTS)
 MATTER = [o.get("physics_properties", {}) for o in OBJECTS]
 # region if liquid
 LIQUIDS = [k for k, m in enumerate(MATTER) if m.get("constitutive_model") == "liquid"]
 # endregion
 SHAPES = [o["shape"] for o in OBJECTS]
-REACH = [reach(shape) for shape in SHAPES]
 HOME = [[*s["center"], np.radians(s.get("angle_deg", 0.0))] for s in SHAPES]
-pose = ti.Vector.field(4, ti.f32, len(OBJECTS))  # center x, y [m]; cos, sin of angle
-twist = ti.Vector.field(3, ti.f32, len(OBJECTS))  # velocity x, y [m/s]; spin [rad/s]
-for k, (home_x, home_y, angle) in enumerate(HOME):
-    pose[k] = [home_x, home_y, np.cos(angle), np.sin(angle)]
+pose = ti.Vector.field(4, ti.f32, N_OBJECTS)  # center x, y [m]; cos, sin of angle
+kind = ti.field(ti.i32, N_OBJECTS)  # of shape, index in KINDS
+measure = ti.Vector.field(4, ti.f32, N_OBJECTS)  # of the shape; radius around it [m]
+# region if polygon
+POLYGONS = [k for k, shape in enumerate(SHAPES) if shape["type"] == "polygon"]
+corners = ti.Vector.field(2, ti.f32, (N_OBJECTS, 16))  # of polygons [m]
+# endregion
+
+
+# region shapes
+KINDS = {"box": 0, "circle": 1, "fan_blades": 2}
+
+
+def measures(shape):
+    """Numbers of a shape for its distance, and the radius around its center."""
+    if shape["type"] == "box":
+        reach = np.hypot(*shape["size"]) / 2
+        return [*shape["size"], 0, reach]
+    elif shape["type"] == "circle":
+        reach = shape["radius"]
+        return [shape["radius"], 0, 0, reach]
+    elif shape["type"] == "fan_blades":
+        reach = shape["blade_length"] + shape["thickness"] / 2
+        return [shape["blade_count"], shape["blade_length"], shape["thickness"], reach]
 
 
 @ti.func
-def surface(k: ti.template(), p):
+def distance(k, p):
+    """Signed distance [m] and normal of object k at p, in its own frame."""
+    m = measure[k]
+    s = vec3(0.0)
+    if kind[k] == 0:
+        s = sd_box(p, m.xy)
+    elif kind[k] == 1:
+        s = sd_circle(p, m.x)
+    elif kind[k] == 2:
+        s = sd_fan(p, m.x, m.y, m.z)
+    return s
+
+
+# endregion
+MEASURES = [measures(shape) for shape in SHAPES]
+
+
+@ti.func
+def surface(k, p):
     """Signed distance [m] from p to object k, at least from afar, and outward normal."""
     arm, turn = p - pose[k].xy, pose[k].zw
-    s = vec3(arm.norm() - REACH[k], arm)
+    s = vec3(arm.norm() - measure[k].w, arm)
     if s.x < DX:
-        s = distance(SHAPES[k], cmul(arm, cconj(turn)))
+        s = distance(k, cmul(arm, cconj(turn)))
         s = vec3(s.x, cmul(turn, s.yz))
     return s
 
 
 # region if collider
 COLLIDERS = of_type("static_collider") + of_type("kinematic_collider")
-
-
-@ti.func
-def collide(k: ti.template(), contact: ti.template(), g, node):
-    """Velocity g of a grid node [m] after contact with collider k."""
-    s = surface(k, node)
-    if s.x < DX * contact["skin_cells"]:
-        rigid = twist[k].xy + cmul(vec2(0.0, twist[k].z), node - pose[k].xy)
-        g = touch(g, rigid, s.yz, LAWS[contact["type"]], contact["friction"])
-    return g
-
-
+N_COLLIDERS = len(COLLIDERS)
+TOUCH = [OBJECTS[k]["contact"] for k in COLLIDERS]
+CONTACTS = [[LAWS[c["type"]], c["friction"], DX * c["skin_cells"]] for c in TOUCH]
+collider = ti.field(ti.i32, N_COLLIDERS)  # index of the object
+contact = ti.Vector.field(3, ti.f32, N_OBJECTS)  # law; friction; skin [m]
+twist = ti.Vector.field(3, ti.f32, N_OBJECTS)  # velocity x, y [m/s]; spin [rad/s]
+room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to the nearest collider [m]
 # endregion
+
+
 # region motion
 @ti.func
 def move(k: ti.template(), motion: ti.template(), t):
@@ -197,6 +208,23 @@ def move(k: ti.template(), motion: ti.template(), t):
 
 
 # endregion
+@ti.kernel
+def set_up():
+    """Enter shape, place and contact of every object."""
+    for k in ti.static(range(N_OBJECTS)):
+        kind[k], measure[k] = KINDS[SHAPES[k]["type"]], vec4(MEASURES[k])
+        pose[k] = vec4(HOME[k][0], HOME[k][1], ti.cos(HOME[k][2]), ti.sin(HOME[k][2]))
+    # region if polygon
+    for k in ti.static(POLYGONS):
+        for i in ti.static(range(len(SHAPES[k]["vertices"]))):
+            corners[k, i] = vec2(SHAPES[k]["vertices"][i])
+    # endregion
+    # region if collider
+    for n in ti.static(range(N_COLLIDERS)):
+        collider[n], contact[COLLIDERS[n]] = COLLIDERS[n], vec3(CONTACTS[n])
+    # endregion
+
+
 # region if body
 @ti.kernel
 def find_owners(points: ti.types.ndarray(), owners: ti.types.ndarray()):
@@ -240,6 +268,7 @@ def fill_jets():
 
 
 # endregion
+set_up()
 GROUPS = []
 # region if body
 GROUPS += fill_bodies()
@@ -247,14 +276,26 @@ GROUPS += fill_bodies()
 # region if emitter
 GROUPS += fill_jets()
 # endregion
-OWNER, BIRTH, PLACE, SPEED = map(np.concatenate, zip(*GROUPS))
+OWNER, BIRTH, PLACE, SPEED = map(np.concatenate, zip(*GROUPS, strict=True))
 ORDER = np.argsort(BIRTH, kind="stable")  # so that the living come first
-BIRTH = BIRTH[ORDER]
+OWNER, BIRTH = OWNER[ORDER].astype(np.int32), BIRTH[ORDER]
+PLACE, SPEED = PLACE[ORDER].astype(np.float32), SPEED[ORDER].astype(np.float32)
 
 x, v, c, d, a, b = (ti.Vector.field(2, ti.f32) for _ in range(6))
 q, owner = ti.field(ti.f32), ti.field(ti.i32)  # state of the material; object
 ti.root.dense(ti.i, len(ORDER)).place(x, v, c, d, a, b, q, owner)
 grid = ti.Vector.field(3, ti.f32, (N_GRID, N_GRID))  # momentum or velocity; mass
+
+
+@ti.kernel
+def give_birth(
+    place: ti.types.ndarray(), speed: ti.types.ndarray(), owners: ti.types.ndarray()
+):
+    """Put every particle where it will be born, without strain."""
+    for p in range(place.shape[0]):
+        x[p], v[p] = vec2(place[p, 0], place[p, 1]), vec2(speed[p, 0], speed[p, 1])
+        a[p], b[p], c[p], d[p] = vec2(1.0, 0.0), vec2(0.0), vec2(0.0), vec2(0.0)
+        q[p], owner[p] = 1.0, owners[p]
 
 
 # region materials
@@ -312,8 +353,14 @@ def update_grid(t: float):
         if grid[i, j].z > 0.0:
             g = grid[i, j].xy / grid[i, j].z + DT * vec2(ENVIRONMENT["gravity"])
             # region if collider
-            for k in ti.static(COLLIDERS):
-                g = collide(k, OBJECTS[k]["contact"], g, DX * vec2(i, j))
+            room[i, j] = 1.0
+            for n in range(N_COLLIDERS):
+                k, node = collider[n], DX * vec2(i, j)
+                s = surface(k, node)
+                room[i, j] = ti.min(room[i, j], s.x)
+                if s.x < contact[k].z:
+                    rigid = twist[k].xy + cmul(vec2(0.0, twist[k].z), node - pose[k].xy)
+                    g = touch(g, rigid, s.yz, contact[k].x, contact[k].y)
             # endregion
             for axis in ti.static(range(2)):
                 node, edge = ivec2(i, j)[axis], WALLS["thickness_cells"]
@@ -348,14 +395,15 @@ def grid_to_particles(alive: int):
         # endregion
         moved = x[p] + DT * u
         # region if collider
-        for k in ti.static(COLLIDERS):  # thin and fast ones overtake particles
-            s = surface(k, moved)
-            moved -= ti.min(s.x, 0.0) * s.yz
+        if room[base + 1] < 2.0 * DX:
+            for n in range(N_COLLIDERS):  # thin and fast ones overtake particles
+                s = surface(collider[n], moved)
+                moved -= ti.min(s.x, 0.0) * s.yz
         # endregion
         x[p] = ti.min(ti.max(moved, 2.0 * DX), 1.0 - 2.0 * DX)
 
 
-blobs = ti.field(ti.f32, (len(OBJECTS), PIXELS, PIXELS))  # metaballs of each object
+blobs = ti.field(ti.f32, (N_OBJECTS, PIXELS, PIXELS))  # metaballs of each object
 COLORS = [bytes.fromhex(o["visualization"]["color"][1:]) for o in OBJECTS]
 COLORS = np.array([[0, 0, 0], *map(list, COLORS)], np.uint8)
 
@@ -377,14 +425,14 @@ def draw(alive: int, t: float, image: ti.types.ndarray(dtype=ti.u8, ndim=2)):
     ti.loop_config(serialize=SERIAL)
     for i, j in ti.ndrange(PIXELS, PIXELS):
         most, seen = SOLID, 0
-        for k in ti.static(range(len(OBJECTS))):
+        for k in range(N_OBJECTS):
             if blobs[k, i, j] > most:
                 most, seen = blobs[k, i, j], k + 1
             blobs[k, i, j] = 0.0
         # region if collider
-        for k in ti.static(COLLIDERS):
-            if surface(k, (vec2(i, j) + 0.5) / PIXELS).x < 0.0:
-                seen = k + 1
+        for n in range(N_COLLIDERS):
+            if surface(collider[n], (vec2(i, j) + 0.5) / PIXELS).x < 0.0:
+                seen = collider[n] + 1
         # endregion
         image[PIXELS - 1 - j, i] = ti.cast(seen, ti.u8)
 
@@ -392,11 +440,7 @@ def draw(alive: int, t: float, image: ti.types.ndarray(dtype=ti.u8, ndim=2)):
 def frames():
     """Yield the frames of the video, each uint8 RGB of shape (PIXELS, PIXELS, 3)."""
     image = np.zeros((PIXELS, PIXELS), np.uint8)
-    x.from_numpy(PLACE[ORDER].astype(np.float32))
-    v.from_numpy(SPEED[ORDER].astype(np.float32))
-    owner.from_numpy(OWNER[ORDER].astype(np.int32))
-    for field, rest in zip((a, b, c, d, q), (vec2(1, 0), 0, 0, 0, 1)):
-        field.fill(rest)
+    give_birth(PLACE, SPEED, OWNER)
     for step in range(SIMULATION["duration_frames"] * SIMULATION["substeps_per_frame"]):
         alive = int(np.searchsorted(BIRTH, step, side="right"))
         if step % SIMULATION["substeps_per_frame"] == 0:

@@ -17,7 +17,7 @@ class _Loader(yaml.SafeLoader):
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen: set[Any] = set()
         for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)  # type: ignore[no-untyped-call]
+            key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
                 raise yaml.constructor.ConstructorError(
                     None, None, f"key {key!r} is not text", key_node.start_mark
@@ -29,11 +29,32 @@ class _Loader(yaml.SafeLoader):
             seen.add(key)
         return super().construct_mapping(node, deep)
 
+    def construct_object(self, node: Any, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep)
+        except (ValueError, KeyError):
+            kind = node.tag.rpartition(":")[2]
+            problem = f"{node.value[:20]!r} is not of type {kind}"
+            raise yaml.constructor.ConstructorError(
+                None, None, problem, node.start_mark
+            ) from None
 
+    def construct_decimal(self, node: Any) -> int:
+        """Whole number; unlike in YAML 1.1, a leading zero does not make it octal."""
+        return int(self.construct_scalar(node))
+
+
+KINDS = {f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "str", "null", "bool")}
 _Loader.yaml_implicit_resolvers = {
-    first: [(tag, rule) for tag, rule in rules if not tag.endswith(("float", "int"))]
+    first: [(tag, rule) for tag, rule in rules if tag in KINDS]
     for first, rules in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
+_Loader.yaml_constructors = {
+    tag: construct
+    for tag, construct in yaml.SafeLoader.yaml_constructors.items()
+    if tag in KINDS | {"tag:yaml.org,2002:float", None}  # None refuses other tags
+}
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_decimal)
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:int", re.compile(r"^[-+]?\d+$"), list("-+0123456789")
 )
@@ -43,7 +64,7 @@ _Loader.add_implicit_resolver("tag:yaml.org,2002:float", FLOAT, list("-+.0123456
 def parse_yaml(text: str, source: str) -> Any:
     """Plain data of YAML text; raises `SceneError` with line and column."""
     try:
-        return yaml.load(text, Loader=_Loader)
+        return yaml.load(text, Loader=_Loader)  # noqa: S506 - a SafeLoader
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -51,6 +72,8 @@ def parse_yaml(text: str, source: str) -> Any:
         raise SceneError(source, [f"{place}not valid YAML: {problem}"]) from None
     except yaml.YAMLError as error:
         raise SceneError(source, [f"not valid YAML: {error}"]) from None
+    except RecursionError:
+        raise SceneError(source, ["not valid YAML: nested too deeply"]) from None
 
 
 class _Flow(dict[str, Any]):

@@ -11,8 +11,8 @@ def hencky_sand(a, b, q, mu, lam, sin_phi):
     """Return-map F to the friction cone: new F and q, Kirchhoff stress t, z.
 
     With m the mean and g the half difference of log strains, friction angle phi means
-    mu g <= -sin(phi) (lam + mu) m in the plane. Expansion is free of stress; q = 1 + its
-    log volume must be undone before pressure returns [Tampubolon et al. 2017].
+    mu g <= -sin(phi) (lam + mu) m in the plane. Expansion is free of stress; its log
+    volume, q - 1, is undone before pressure returns [Tampubolon et al. 2017].
     """
     A, B = a.norm(), b.norm()
     e1 = ti.log(ti.max(A + B, 0.05))

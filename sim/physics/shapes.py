@@ -28,12 +28,11 @@ def sd_circle(p, radius):
 
 
 @ti.func
-def sd_polygon(p, vertices: ti.template()):
-    """Simple polygon with vertices [[x, y], ...] [m], in either winding."""
-    nearest = vec2(1e9, 0.0)
-    inside = 1.0
-    for i in ti.static(range(len(vertices))):
-        start, end = vec2(vertices[i - 1]), vec2(vertices[i])
+def sd_polygon(p, corners: ti.template(), k, count):
+    """Simple polygon whose `count` corners [m] are row k of a field, in any winding."""
+    nearest, inside, start = vec2(1e9, 0.0), 1.0, corners[k, count - 1]
+    for i in range(count):
+        end = corners[k, i]
         edge, w = end - start, p - start
         w -= edge * ti.min(ti.max(w.dot(edge) / edge.dot(edge), 0.0), 1.0)
         if w.dot(w) < nearest.dot(nearest):
@@ -41,6 +40,7 @@ def sd_polygon(p, vertices: ti.template()):
         if (start.y > p.y) != (end.y > p.y):
             if p.x < start.x + (p.y - start.y) * edge.x / edge.y:
                 inside = -inside
+        start = end
     d = nearest.norm()
     return vec3(inside * d, inside * nearest / ti.max(d, 1e-9))
 

@@ -9,10 +9,11 @@ from datasets.info import DatasetInfosDict
 from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCard
 
-from mpmworlds.builder.card import fields_table
+from mpmworlds.builder.card import fields_table, materials_table
 from mpmworlds.builder.features import RECIPE_COLUMNS, recipe_features, release_features
 from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.statistics import count_scenes
+from mpmworlds.sim.materials import MATERIALS
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +67,13 @@ def test_no_mark_is_left_unfilled(card):
 def test_the_table_explains_every_column():
     names = re.findall(r"^\| `(\w+)`", fields_table(), flags=re.MULTILINE)
     assert names == list(release_features())
+
+
+def test_the_table_of_materials_lists_the_registry():
+    table = materials_table()
+    names = re.findall(r"^\| `(\w+)`", table, flags=re.MULTILINE)
+    assert names == sorted(MATERIALS)
+    assert "`density`: mass per area at rest [kg/m^2]" in table
 
 
 def test_the_columns_of_a_recipe_are_those_of_the_manifest():

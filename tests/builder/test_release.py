@@ -138,6 +138,8 @@ def test_a_build_that_was_killed_goes_on_where_it_stopped(
     assert process.wait() == -signal.SIGKILL
     assert not (out / "SHA256SUMS").exists()
     (out / ".build/data/tiny/test-00000-of-00001.part").write_bytes(b"half")
+    (out / "splits").mkdir()
+    (out / "splits/.train.txt.77.part").write_bytes(b"half")
     blocked.unlink()
     whole.rename(blocked)
     before = finished.stat().st_mtime_ns

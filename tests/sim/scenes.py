@@ -1,0 +1,138 @@
+"""Scenes that tests share: one with every kind of object, and random valid ones."""
+
+from functools import cache, partial
+
+from hypothesis import strategies as st
+
+from mpmworlds.builder.attempt import NoCandidateError, first_valid
+from mpmworlds.builder.compose import compose
+from mpmworlds.builder.modify import modify
+from mpmworlds.builder.perturb import perturb
+from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.builder.streams import stream
+from mpmworlds.sim.scene import Scene
+
+MANY = 60  # random scenes in all
+
+ELASTIC = {
+    "constitutive_model": "elastic",
+    "density": 1000.0,
+    "youngs_modulus": 2.0e5,
+    "poissons_ratio": 0.3,
+}
+LIQUID = {
+    "constitutive_model": "liquid",
+    "density": 1000.0,
+    "bulk_modulus": 4.0e5,
+    "viscosity": 0.05,
+}
+SNOW = {
+    "constitutive_model": "snow",
+    "density": 400.0,
+    "youngs_modulus": 6.0e4,
+    "poissons_ratio": 0.2,
+}
+SAND = {
+    "constitutive_model": "sand",
+    "density": 1600.0,
+    "youngs_modulus": 5.0e5,
+    "poissons_ratio": 0.25,
+    "friction_angle_deg": 35.0,
+}
+
+BODY = {
+    "name": "object_0",
+    "object_type": "dynamic_body",
+    "shape": {"type": "box", "center": [0.25, 0.7], "size": [0.2, 0.16]},
+    "physics_properties": ELASTIC,
+    "initial_state": {"velocity": [0.0, 0.0], "angular_velocity": 0.0},
+    "visualization": {"color": "#F52D2C"},
+}
+OBSTACLE = {
+    "name": "object_1",
+    "object_type": "static_collider",
+    "shape": {
+        "type": "polygon",
+        "center": [0.25, 0.25],
+        "vertices": [[-0.15, -0.1], [0.15, -0.1], [0.0, 0.12]],
+    },
+    "visualization": {"color": "#969696"},
+}
+FAN = {
+    "name": "object_2",
+    "object_type": "kinematic_collider",
+    "shape": {
+        "type": "fan_blades",
+        "center": [0.7, 0.35],
+        "blade_count": 3,
+        "blade_length": 0.15,
+        "thickness": 0.04,
+    },
+    "kinematics": {"type": "rotate", "angular_velocity": 4.0},
+    "visualization": {"color": "#F5F42C"},
+}
+GATE = {
+    "name": "object_2",
+    "object_type": "kinematic_collider",
+    "shape": {"type": "box", "center": [0.7, 0.35], "size": [0.06, 0.3]},
+    "kinematics": {
+        "type": "translate",
+        "velocity": [0.0, 2.0],
+        "start": 0.05,
+        "stop": 0.15,
+    },
+    "visualization": {"color": "#F5F42C"},
+}
+JET = {
+    "name": "object_3",
+    "object_type": "emitter",
+    "shape": {"type": "box", "center": [0.7, 0.85], "size": [0.08, 0.04]},
+    "physics_properties": LIQUID,
+    "emission": {"rate": 400.0, "velocity": [0.0, -1.5], "start": 0.0, "stop": 0.2},
+    "visualization": {"color": "#2C90F5"},
+}
+
+
+def scene_data(*objects, gravity=(0.0, -9.8), frames=4, contact="separate"):
+    """Plain data of a scene of 32 cells, 10 ms a frame; the four objects by default."""
+    objects = objects or (BODY, OBSTACLE, FAN, JET)
+    return Scene.from_data(
+        {
+            "schema": "mpmworlds-scene/1",
+            "simulation": {
+                "grid_resolution": 32,
+                "time_step_dt": 4e-4,
+                "substeps_per_frame": 25,
+                "duration_frames": frames,
+                "particles_per_cell": 4,
+                "seed": 3,
+            },
+            "environment": {
+                "gravity": list(gravity),
+                "walls": {"contact": contact, "friction": 0.0, "thickness_cells": 3},
+            },
+            "objects": list(objects),
+            "output": {"resolution": 64, "framerate": 30},
+        }
+    ).to_data()
+
+
+@cache
+def random_scene(number):
+    """A scene made from one or two seeds by edits drawn from the stream of a number."""
+    rng = stream(0, "test scene", str(number))
+    seeds = list(load_seeds().values())
+    first, second = (seeds[i] for i in rng.permutation(len(seeds))[:2])
+    scene = first
+    edits = [modify, perturb, partial(compose, other=second.to_data())]
+    for i in rng.integers(len(edits), size=2):
+        try:
+            scene, _ = first_valid(
+                partial(edits[i], rng), scene.to_data(), lambda s: s, str(number)
+            )
+        except NoCandidateError:
+            continue  # this edit leaves no room; the next one may
+    return scene
+
+
+scenes = st.integers(0, MANY - 1).map(random_scene)

@@ -1,0 +1,229 @@
+"""Rules that no single field can see are told with their bound and a remedy."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.sim.scenes import BODY, FAN, GATE, JET, OBSTACLE, scene_data
+
+from mpmworlds.sim.checks import (
+    COURANT,
+    HUE_STEP,
+    fastest_step,
+    jet_width,
+    overlap,
+    spacing,
+)
+from mpmworlds.sim.palette import PALETTE
+from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.shapes import Box, Circle, Polygon
+
+NOTCHED = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, -0.1], [-0.2, 0.2]]
+
+
+def faults_of(*objects, **sections):
+    """What is wrong with a scene of these objects, the four of the module if none."""
+    data = scene_data()
+    data |= {"objects": list(objects)} if objects else {}
+    for section, values in sections.items():
+        data[section] = data[section] | values
+    try:
+        Scene.from_data(data)
+    except SceneError as error:
+        return error.faults
+    return []
+
+
+def having(thing, **parts):
+    """A copy of an object in which parts have other values, mappings merged."""
+    thing = copy.deepcopy(thing)
+    for key, value in parts.items():
+        thing[key] = thing[key] | value if isinstance(value, dict) else value
+    return thing
+
+
+def at(thing, x, y):
+    return having(thing, shape={"center": [x, y]})
+
+
+def test_the_scene_of_this_module_has_no_fault():
+    assert faults_of(BODY, OBSTACLE, FAN, JET) == []
+
+
+@pytest.mark.parametrize(
+    ("objects", "sections", "parts"),
+    [
+        (
+            [BODY, having(OBSTACLE, name="object_0")],
+            {},
+            ["objects[1] 'object_0': name is taken", "must be unique"],
+        ),
+        (
+            [having(BODY, name="wet_sand_1")],
+            {},
+            ["objects[0] 'wet_sand_1': name gives away 'sand'", "'object_0'"],
+        ),
+        (
+            [having(BODY, shape={"size": [0.03, 0.03]})],
+            {},
+            [
+                "objects[0] 'object_0': shape holds 4 particles, must hold >= 16",
+                "raise",
+            ],
+        ),
+        (
+            [OBSTACLE, FAN],
+            {},
+            ["objects hold no particles; add a dynamic_body or an emitter"],
+        ),
+        (
+            [having(JET, emission={"rate": 500.0})],
+            {},
+            [
+                "objects[0] 'object_3': emission.rate = 500, must be <= 492",
+                "lower rate",
+            ],
+        ),
+        (
+            [],
+            {"output": {"resolution": 63}},
+            ["resolution = 63, must be even", "use 64"],
+        ),
+        (
+            [],
+            {"simulation": {"time_step_dt": 1e-3}},
+            ["time_step_dt = 0.001, must be <= 0.000768 for 'object_3'", "lower it"],
+        ),
+        (
+            [BODY, having(JET, visualization={"color": PALETTE["vermilion"]})],
+            {},
+            [
+                "objects[1] 'object_3': color = '#F45F2D' is too near to '#F52D2C' of",
+                "objects[0] 'object_0'; take the same, or a hue 25 degrees away",
+            ],
+        ),
+        (
+            [at(BODY, 0.1, 0.5)],
+            {},
+            [
+                "objects[0] 'object_0': shape reaches from 0.000 to 0.580 m",
+                "must stay within [0.094, 0.906] m; move or shrink it",
+            ],
+        ),
+        (
+            [BODY, having(GATE, kinematics={"stop": 0.5})],
+            {},
+            ["objects[1] 'object_2': shape reaches from 0.200 to 1.400 m on its way"],
+        ),
+        (
+            [BODY, at(FAN, 0.1, 0.5)],
+            {},
+            ["objects[1] 'object_2': shape reaches from -0.070"],
+        ),
+        (
+            [BODY, at(OBSTACLE, 0.25, 0.55)],
+            {},
+            [
+                "objects[1] 'object_1': shape overlaps objects[0] 'object_0' at the start"
+            ],
+        ),
+    ],
+)
+def test_fault_names_object_value_bound_and_remedy(objects, sections, parts):
+    faults = faults_of(*objects, **sections)
+    assert len(faults) == 1
+    assert all(part in faults[0] for part in parts)
+
+
+def test_too_many_particles_are_counted_over_bodies_and_jets():
+    jets = [
+        having(JET, name=f"jet_{i}", emission={"stop": 100.0}, shape={"center": [x, y]})
+        for i, (x, y) in enumerate((x, y) for x in (0.2, 0.5, 0.8) for y in (0.5, 0.8))
+    ]
+    assert faults_of(*jets[:5]) == []
+    (fault,) = faults_of(*jets)
+    assert "objects hold 240000 particles, must be <= 200000; lower" in fault
+
+
+def test_colliders_may_touch_each_other_and_the_edge_of_the_domain():
+    assert faults_of(BODY, OBSTACLE, at(FAN, 0.35, 0.25)) == []
+    assert faults_of(BODY, at(OBSTACLE, 0.15, 0.1)) == []
+
+
+def test_equal_colours_and_greys_are_never_too_near():
+    for color in (PALETTE["red"], PALETTE["white"]):
+        assert faults_of(BODY, having(JET, visualization={"color": color})) == []
+
+
+def test_hues_are_compared_around_the_circle():
+    pink = having(JET, visualization={"color": PALETTE["crimson"]})
+    (fault,) = faults_of(BODY, pink)
+    assert f"a hue {HUE_STEP:.0f} degrees away" in fault
+
+
+@pytest.mark.parametrize(
+    "faster",
+    [
+        having(BODY, initial_state={"velocity": [3.0, 4.0]}),
+        having(BODY, physics_properties={"youngs_modulus": 3e5}),
+        having(BODY, physics_properties={"density": 500.0}),
+        having(BODY, initial_state={"angular_velocity": 40.0}),
+    ],
+)
+def test_whatever_is_faster_lowers_the_stable_time_step(faster):
+    usual, fast = (Scene.from_data(scene_data(body)) for body in (BODY, faster))
+    assert fastest_step(fast)[0] < fastest_step(usual)[0]
+
+
+def test_at_the_stable_time_step_wave_and_fall_cross_the_courant_fraction_of_a_cell():
+    scene = Scene.from_data(scene_data(BODY))
+    step, name = fastest_step(scene)
+    lam_2mu = 2e5 * 0.7 / (1.3 * 0.4)
+    speed = math.sqrt(lam_2mu / 1000.0) + math.sqrt(2 * 9.8)
+    assert name == "object_0"
+    assert step * speed * 32 == pytest.approx(COURANT)
+
+
+def test_spacing_is_that_of_a_square_lattice():
+    scene = Scene.from_data(scene_data())
+    assert 4 * spacing(scene) ** 2 == pytest.approx((1 / 32) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "width"), [([0.0, -2.0], 0.08), ([3.0, 0.0], 0.04)]
+)
+def test_a_jet_is_as_wide_as_its_nozzle_across_the_velocity(velocity, width):
+    jet = having(JET, emission={"rate": 1.0, "velocity": velocity})
+    scene = Scene.from_data(scene_data(jet))
+    assert jet_width(scene.objects[0]) == pytest.approx(width)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    angle=st.floats(0, 2 * math.pi),
+    gap=st.floats(-0.1, 0.1).filter(lambda g: abs(g) > 0.006),
+    radii=st.tuples(st.floats(0.06, 0.2), st.floats(0.06, 0.2)),
+)
+def test_discs_overlap_where_centers_are_nearer_than_the_radii(angle, gap, radii):
+    distance = sum(radii) + gap
+    ends = [
+        (0.5, 0.5),
+        (0.5 + distance * np.cos(angle), 0.5 + distance * np.sin(angle)),
+    ]
+    one, other = (
+        Circle(type="circle", center=end, radius=r).outline()
+        for end, r in zip(ends, radii, strict=True)
+    )
+    assert overlap(one, other) == (gap < 0)
+
+
+@pytest.mark.parametrize(
+    ("size", "apart"), [((0.05, 0.05), True), ((0.3, 0.05), False)]
+)
+def test_a_body_may_lie_in_the_notch_of_another(size, apart):
+    notched = Polygon(type="polygon", center=(0.5, 0.5), vertices=NOTCHED).outline()
+    box = Box(type="box", center=(0.5, 0.62), size=size).outline()
+    assert overlap(notched, box) is not apart

@@ -1,0 +1,106 @@
+"""YAML is read strictly, with the place of every fault, and written one way."""
+
+import math
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.sim.scenes import scene_data
+
+from mpmworlds.sim.errors import SceneError
+from mpmworlds.sim.text import dump_yaml, parse_yaml
+
+
+def value_of(text):
+    return parse_yaml(f"value: {text}", "scene.yaml")["value"]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e-4", 1e-4),
+        ("1E5", 1e5),
+        ("-1.5e+3", -1500.0),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("-.inf", -math.inf),
+        ("7", 7),
+        ("+7", 7),
+        ("010", 10),
+        ("08", 8),
+    ],
+)
+def test_numbers_are_those_of_yaml_1_2(text, value):
+    assert value_of(text) == value
+    assert type(value_of(text)) is type(value)
+
+
+@pytest.mark.parametrize("text", ["1_000", "1:30", "0x10", "1e", "2001-13-45", "e5"])
+def test_other_spellings_are_text(text):
+    assert value_of(text) == text
+
+
+@given(st.one_of(st.floats(allow_nan=False), st.integers(-(2**70), 2**70)))
+def test_every_number_survives_writing_and_reading(number):
+    data = {"objects": [], "environment": {"x": number}}
+    read = parse_yaml(dump_yaml(data), "scene.yaml")["environment"]["x"]
+    assert read == number
+    assert type(read) is type(number)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "problem"),
+    [
+        ("a: [1", "line 1, column 6", "expected ',' or ']'"),
+        ("a: 1\n\tb: 2", "line 2, column 1", "found character '\\t'"),
+        ("a: 1\nb: {c: 1, c: 2}", "line 2, column 11", "key 'c' appears twice"),
+        ("1: 2", "line 1, column 1", "key 1 is not text"),
+        ("{? [1]: 2}", "line 1, column 4", "is not text"),
+        ("a: 1\n---\nb: 2", "line 2, column 1", "another document"),
+        ("a: !!int x", "line 1, column 4", "'x' is not of type int"),
+        ("a: !!bool x", "line 1, column 4", "'x' is not of type bool"),
+        ("a: !!timestamp x", "line 1, column 4", "timestamp"),
+        ("a: !!python/name:os.system", "line 1, column 4", "os.system"),
+        ("a: " + 5000 * "9", "line 1, column 4", "is not of type int"),
+    ],
+)
+def test_what_is_no_yaml_is_refused_with_line_and_column(text, place, problem):
+    with pytest.raises(SceneError) as error:
+        parse_yaml(text, "scene.yaml")
+    assert str(error.value).startswith(f"scene.yaml: {place}: not valid YAML: ")
+    assert problem in str(error.value)
+
+
+@pytest.mark.parametrize("text", [600 * "[", "a: \ud800", "\0"])
+def test_what_has_no_place_is_refused_all_the_same(text):
+    with pytest.raises(SceneError, match=r"^scene\.yaml: not valid YAML"):
+        parse_yaml(text, "scene.yaml")
+
+
+@given(st.text(max_size=40))
+def test_any_text_is_data_or_a_scene_error(text):
+    try:
+        parse_yaml(text, "scene.yaml")
+    except SceneError as error:
+        assert str(error).startswith("scene.yaml: ")  # noqa: PT017 - either may happen
+
+
+def test_canonical_text_is_the_same_data_for_any_yaml_reader():
+    data = scene_data()
+    assert yaml.safe_load(dump_yaml(data)) == data
+
+
+def test_canonical_text_gives_each_part_of_an_object_a_line():
+    data = scene_data()
+    lines = dump_yaml(data).splitlines()
+    for thing in data["objects"]:
+        assert f"- name: {thing['name']}" in lines
+        for part in ("shape", "visualization"):
+            assert any(line.startswith(f"  {part}: {{") for line in lines)
+
+
+def test_canonical_text_writes_nothing_by_reference():
+    center = [0.5, 0.5]
+    data = {"objects": [{"a": center, "b": center}], "environment": {}}
+    assert "&" not in dump_yaml(data)
