@@ -1,29 +1,33 @@
 """Parents: scenes composed of objects of two seeds, in a new layout."""
 
+import copy
+
 import numpy as np
 
 from mpmworlds.builder.attempt import Data
 from mpmworlds.builder.modify import scale_shape
-from mpmworlds.builder.perturb import perturb, rounded
+from mpmworlds.builder.perturb import rounded
 from mpmworlds.sim.palette import PALETTE, hue_deg, saturation
 
 MOST_TAKEN = 2  # objects taken from the second seed
 HUE_STEP = 30.0  # least hue difference of a new object's colour [deg]
+MOVING_PARTS = ("initial_state", "kinematics", "emission")
 VIVID = [color for color in PALETTE.values() if saturation(color) > 0.5]
 
 
 def compose(rng: np.random.Generator, scene: Data, *, other: Data) -> Data:
     """Put objects of another scene into a scene, in place; returns the record.
 
-    One or two objects are taken, scaled, placed anew and given a colour that the scene
-    does not have; the objects that were there are jittered.
+    The scene is mirrored or not. One or two objects are taken, scaled, placed anew and
+    given a colour that the scene does not have.
     """
-    perturb(rng, scene)
+    mirrored = bool(rng.integers(2))
+    if mirrored:
+        mirror(scene)
     count = int(rng.integers(1, min(MOST_TAKEN, len(other["objects"])) + 1))
     chosen = sorted(rng.permutation(len(other["objects"]))[:count].tolist())
     for i in chosen:
-        thing = other["objects"][i]
-        thing = {**thing, "shape": dict(thing["shape"])}
+        thing = copy.deepcopy(other["objects"][i])
         scale_shape(thing["shape"], rounded(rng.uniform(0.6, 1.0), 2))
         thing["shape"]["center"] = [rounded(x) for x in rng.uniform(0.08, 0.92, 2)]
         thing["visualization"] = {"color": _free_color(rng, scene)}
@@ -31,7 +35,25 @@ def compose(rng: np.random.Generator, scene: Data, *, other: Data) -> Data:
     taken = [other["objects"][i]["name"] for i in chosen]
     for i, thing in enumerate(scene["objects"]):
         thing["name"] = f"object_{i}"
-    return {"operator": "compose", "taken": taken}
+    scene["simulation"]["seed"] = int(rng.integers(2**31))
+    return {"operator": "compose", "mirrored": mirrored, "taken": taken}
+
+
+def mirror(scene: Data) -> None:
+    """Exchange left and right, in place."""
+    gravity = scene["environment"]["gravity"]
+    gravity[0] = 0.0 - gravity[0]
+    for thing in scene["objects"]:
+        shape = thing["shape"]
+        shape["center"][0] = rounded(1.0 - shape["center"][0])
+        for vertex in shape.get("vertices", []):
+            vertex[0] = 0.0 - vertex[0]
+        for part in (shape, *(thing.get(name, {}) for name in MOVING_PARTS)):
+            for key in ("angle_deg", "angular_velocity"):
+                if key in part:
+                    part[key] = 0.0 - part[key]
+            if "velocity" in part:
+                part["velocity"][0] = 0.0 - part["velocity"][0]
 
 
 def _free_color(rng: np.random.Generator, scene: Data) -> str:

@@ -225,3 +225,30 @@ def _write_failures(path: Path, failures: Iterable[Failure]) -> None:
     lines = [json.dumps(asdict(failure)) + "\n" for failure in failures]
     with disk_errors_named(path):
         write_atomically(path, "".join(lines).encode())
+
+
+def write_record(path: Path, rows: Iterable[ManifestRow], store: Store) -> None:
+    """Record the hashes of rendered samples, one JSON line each, sorted by id.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    rows
+        The samples.
+    store
+        Where they are.
+
+    Raises
+    ------
+    LookupError
+        If the store lacks a row.
+    """
+    lines = []
+    for row in sorted(rows, key=lambda row: row.id):
+        sample = store.get(row.program_sha256)
+        if sample is None:
+            raise LookupError(f"{row.id}: is not in {store.root}; materialise it first")
+        line = {"id": row.id} | asdict(sample.description)
+        lines.append(json.dumps(line, sort_keys=True) + "\n")
+    write_atomically(path, "".join(lines).encode())

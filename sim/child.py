@@ -23,6 +23,10 @@ REPORT = b"REPT"
 PR_SET_PDEATHSIG = 1
 
 
+class BadText(Exception):
+    """The program is not Python."""
+
+
 class BadFrames(Exception):
     """The program yields something that is not a frame."""
 
@@ -36,11 +40,10 @@ def main(path: str, pipe: int, max_frames: int, memory: int) -> None:
     _confine(memory)
     status, message = "ok", ""
     try:
-        with open(path, encoding="utf-8") as file:
-            compile(file.read(), "program.py", "exec")
+        _parse(path)
         _send_frames(_load(path), pipe, max_frames)
-    except SyntaxError as error:
-        status, message = "syntax_error", f"line {error.lineno}: {error.msg}"
+    except BadText as error:
+        status, message = "syntax_error", str(error)
     except ImportError as error:
         status, message = "import_error", str(error)
     except MemoryError:
@@ -62,6 +65,16 @@ def _confine(memory: int) -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def _parse(path: str) -> None:
+    try:
+        with open(path, encoding="utf-8") as file:
+            compile(file.read(), "program.py", "exec")
+    except SyntaxError as error:
+        raise BadText(f"line {error.lineno}: {error.msg}") from None
+    except ValueError as error:  # bytes that are no text, or a NUL
+        raise BadText(str(error)) from None
 
 
 def _load(path: str) -> ModuleType:

@@ -63,10 +63,10 @@ def emit_shapes(scene: Scene) -> str:
         [f"reach = {SHAPES[k].REACH}", f"return [{SHAPES[k].MEASURES}, reach]"]
         for k in kinds
     ]
-    tests = [
-        (f'shape["type"] == "{kind}"', lines)
-        for kind, lines in zip(kinds, returns, strict=True)
-    ]
+    tests = "".join(
+        f'    if shape["type"] == "{kind}":\n        {lines[0]}\n        {lines[1]}\n'
+        for kind, lines in zip(kinds[:-1], returns[:-1], strict=True)
+    )
     branches = [
         (f"kind[k] == {i}", [f"s = {SHAPES[kind].DISTANCE}"])
         for kind, i in numbers.items()
@@ -74,9 +74,8 @@ def emit_shapes(scene: Scene) -> str:
     return (
         f"KINDS = {literal(numbers, 0, 8)}\n\n\n"
         "def measures(shape):\n"
-        '    """Numbers of a shape for its distance, and the radius around its center."""\n'
-        + _choose([], tests)
-        + "\n\n"
+        '    """Numbers of a shape for its distance, and the radius around it [m]."""\n'
+        f"{tests}    {returns[-1][0]}\n    {returns[-1][1]}\n\n\n"
         "@ti.func\ndef distance(k, p):\n"
         '    """Signed distance [m] and normal of object k at p, in its own frame."""\n'
         "    m = measure[k]\n" + _choose(["s = vec3(0.0)"], branches) + "    return s\n"

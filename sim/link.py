@@ -25,8 +25,8 @@ REGIONS: dict[str, Callable[[Scene], str]] = {
     "materials": emit.emit_materials,
     "motion": emit.emit_motion,
 }
-NEEDED = {"shapes": "solid", "motion": "moving"}  # features without which one is empty
 MARK = re.compile(r"^( *)# (region (.*)|endregion)$")
+PHYSICS = "# physics\n"  # where the functions of the library go
 MATH = "from taichi.math import "
 
 
@@ -67,7 +67,7 @@ def link(scene: Scene) -> str:
     needed = _closure(used, library)
     used = used.union(*(library[name].uses for name in needed))
     functions = [library[name].text for name in library if name in needed]
-    body = body.replace("# physics\n", "\n\n".join(functions))
+    body = body.replace(PHYSICS, "\n\n".join(functions))
     body = _blank_lines(_imports(body, used))
     missing = unresolved(body)
     if missing:
@@ -187,21 +187,21 @@ def _used(text: str) -> frozenset[str]:
 def _fill(scene: Scene) -> Iterator[str]:
     """Lines of the skeleton with its regions filled in for a scene."""
     found = features(scene)
-    keep = True
+    keep = [True]  # for each region around the line, the innermost last
     for line in _skeleton():
         mark = MARK.match(line)
-        if not mark:
-            if keep:
+        name = mark.group(3) if mark else None
+        if mark is None:
+            if keep[-1]:
                 yield line
-            continue
-        name = mark.group(3)
-        keep = name is None
-        if name and name.startswith("if "):
-            keep = name[3:] in found
-        elif name == "physics":
-            yield "# physics\n"
-        elif name in REGIONS and NEEDED.get(name, "") in found | {""}:
-            yield REGIONS[name](scene)
+        elif name is None:
+            keep.pop()
+        elif name.startswith("if "):
+            keep.append(keep[-1] and name[3:] in found)
+        else:
+            if keep[-1]:
+                yield PHYSICS if name == "physics" else REGIONS[name](scene)
+            keep.append(False)
 
 
 def _imports(text: str, used: frozenset[str]) -> str:

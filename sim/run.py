@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -100,7 +101,7 @@ def run(
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="mpmworlds-") as scratch:
         path = Path(scratch) / "program.py"
-        path.write_text(program_text, "utf-8")
+        path.write_text(program_text, "utf-8", "surrogatepass")
         log = Path(scratch) / "log"
         frames: list[npt.NDArray[np.uint8]] = []
         status, message = _supervise(
@@ -163,7 +164,8 @@ def _environment(home: Path) -> dict[str, str]:
 
 
 def _kill(process: "subprocess.Popen[bytes]") -> None:
-    if process.poll() is None:
+    """End the program, and also what it started and left behind."""
+    with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
 

@@ -1,6 +1,6 @@
 """One scene of the 2D Material Point Method, complete in this file.
 
-MLS-MPM [Hu et al. 2018] with APIC transfers [Jiang et al. 2015] and quadratic B-splines.
+MLS-MPM [Hu et al. 2018] with APIC transfers [Jiang et al. 2015], quadratic B-splines.
 `python program.py out.mp4` writes a preview; `frames()` yields the exact frames.
 
 Vectors are complex numbers and a 2 x 2 matrix is a pair of them: M z = a z + b conj(z).
@@ -54,14 +54,14 @@ OBJECTS = [
             "damping": 0.0,
         },
         "initial_state": {"velocity": [0.0, 0.0], "angular_velocity": 0.0},
-        "visualization": {"color": "#FF0000"},
+        "visualization": {"color": "#F52D2C"},
     },
     {
         "name": "object_1",
         "object_type": "static_collider",
         "shape": {"type": "circle", "center": [0.3, 0.3], "radius": 0.08},
         "contact": {"type": "separate", "friction": 0.2, "skin_cells": 0.3},
-        "visualization": {"color": "#808080"},
+        "visualization": {"color": "#969696"},
     },
     {
         "name": "object_2",
@@ -76,7 +76,7 @@ OBJECTS = [
         },
         "kinematics": {"type": "rotate", "angular_velocity": 6.0},
         "contact": {"type": "separate", "friction": 0.1, "skin_cells": 0.3},
-        "visualization": {"color": "#FFFF00"},
+        "visualization": {"color": "#F5F42C"},
     },
     {
         "name": "object_3",
@@ -94,7 +94,7 @@ OBJECTS = [
             "viscosity": 0.1,
         },
         "emission": {"rate": 1600.0, "velocity": [1.0, 0.0], "start": 0.0, "stop": 0.5},
-        "visualization": {"color": "#0000FF"},
+        "visualization": {"color": "#2C2DF5"},
     },
 ]
 OUTPUT = {"resolution": 256, "framerate": 30}
@@ -131,6 +131,7 @@ LIQUIDS = [k for k, m in enumerate(MATTER) if m.get("constitutive_model") == "li
 # endregion
 SHAPES = [o["shape"] for o in OBJECTS]
 HOME = [[*s["center"], np.radians(s.get("angle_deg", 0.0))] for s in SHAPES]
+# region if solid
 pose = ti.Vector.field(4, ti.f32, N_OBJECTS)  # center x, y [m]; cos, sin of angle
 kind = ti.field(ti.i32, N_OBJECTS)  # of shape, index in KINDS
 measure = ti.Vector.field(4, ti.f32, N_OBJECTS)  # of the shape; radius around it [m]
@@ -145,16 +146,15 @@ KINDS = {"box": 0, "circle": 1, "fan_blades": 2}
 
 
 def measures(shape):
-    """Numbers of a shape for its distance, and the radius around its center."""
+    """Numbers of a shape for its distance, and the radius around it [m]."""
     if shape["type"] == "box":
         reach = np.hypot(*shape["size"]) / 2
         return [*shape["size"], 0, reach]
-    elif shape["type"] == "circle":
+    if shape["type"] == "circle":
         reach = shape["radius"]
         return [shape["radius"], 0, 0, reach]
-    elif shape["type"] == "fan_blades":
-        reach = shape["blade_length"] + shape["thickness"] / 2
-        return [shape["blade_count"], shape["blade_length"], shape["thickness"], reach]
+    reach = shape["blade_length"] + shape["thickness"] / 2
+    return [shape["blade_count"], shape["blade_length"], shape["thickness"], reach]
 
 
 @ti.func
@@ -177,7 +177,7 @@ MEASURES = [measures(shape) for shape in SHAPES]
 
 @ti.func
 def surface(k, p):
-    """Signed distance [m] from p to object k, at least from afar, and outward normal."""
+    """Signed distance [m] of p from object k, a bound from afar, and outward normal."""
     arm, turn = p - pose[k].xy, pose[k].zw
     s = vec3(arm.norm() - measure[k].w, arm)
     if s.x < DX:
@@ -186,6 +186,7 @@ def surface(k, p):
     return s
 
 
+# endregion
 # region if collider
 COLLIDERS = of_type("static_collider") + of_type("kinematic_collider")
 N_COLLIDERS = len(COLLIDERS)
@@ -198,6 +199,7 @@ room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to the nearest collider [m
 # endregion
 
 
+# region if moving
 # region motion
 @ti.func
 def move(k: ti.template(), motion: ti.template(), t):
@@ -208,6 +210,8 @@ def move(k: ti.template(), motion: ti.template(), t):
 
 
 # endregion
+# endregion
+# region if solid
 @ti.kernel
 def set_up():
     """Enter shape, place and contact of every object."""
@@ -225,6 +229,7 @@ def set_up():
     # endregion
 
 
+# endregion
 # region if body
 @ti.kernel
 def find_owners(points: ti.types.ndarray(), owners: ti.types.ndarray()):
@@ -268,7 +273,9 @@ def fill_jets():
 
 
 # endregion
+# region if solid
 set_up()
+# endregion
 GROUPS = []
 # region if body
 GROUPS += fill_bodies()

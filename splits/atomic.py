@@ -10,10 +10,11 @@ def write_atomically(path: Path, data: bytes) -> None:
     Parameters
     ----------
     path
-        File to write. Its folder must exist.
+        File to write. Its folder is made if there is none.
     data
         The whole new content.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with part.open("wb") as stream:

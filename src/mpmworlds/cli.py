@@ -303,24 +303,36 @@ def _add_materialise(verbs: Any) -> None:
     )
     _add_corpus_options(parser, store=True)
     parser.add_argument("--manifest", type=Path, required=True, help="what to render")
+    parser.add_argument(
+        "--record", type=Path, help="write the hashes of all videos here (.jsonl)"
+    )
 
 
 def materialise(options: argparse.Namespace) -> int:
     """Render what the store lacks."""
     from mpmworlds.builder.manifest import read_manifest
-    from mpmworlds.builder.materialise import materialise as render
+    from mpmworlds.builder.materialise import write_record
     from mpmworlds.builder.store import Store
 
-    failures = options.store / "failures.jsonl"
-    rows = read_manifest(options.manifest)
-    done = render(rows, Store(options.store), failures, options.workers)
-    print(
-        f"{options.store}: {done.rendered} rendered, {done.reused} there before, "
+    rows, store = read_manifest(options.manifest), Store(options.store)
+    done = _render(rows, store, options.workers)
+    if options.record and not done.failures:
+        write_record(options.record, rows, store)
+    return DOES_NOT_HOLD if done.failures else DONE
+
+
+def _render(rows: Any, store: Any, workers: int) -> Any:
+    """Render what is missing and say what became of it."""
+    from mpmworlds.builder.materialise import materialise as render
+
+    done = render(rows, store, store.root / "failures.jsonl", workers)
+    _say(
+        f"{store.root}: {done.rendered} rendered, {done.reused} there before, "
         f"{len(done.failures)} failed"
     )
     for failure in done.failures:
         _say(f"{failure.id}: {failure.reason}")
-    return DOES_NOT_HOLD if done.failures else DONE
+    return done
 
 
 def _add_build(verbs: Any) -> None:
@@ -337,20 +349,21 @@ def _add_build(verbs: Any) -> None:
 
 def build(options: argparse.Namespace) -> int:
     """Build a release folder."""
+    from mpmworlds.builder.manifest import read_manifest
     from mpmworlds.builder.plan import write_plan
     from mpmworlds.builder.release import build_release
     from mpmworlds.builder.store import Store
 
-    params = _params(options)
+    params, store = _params(options), Store(options.store)
+    manifest = options.manifest or options.store / f"{options.config}.parquet"
     if not options.manifest:
-        options.manifest = options.store / f"{options.config}.parquet"
-        write_plan(_profile(options), options.manifest)
-    if materialise(options):
+        write_plan(_profile(options), manifest)
+    if _render(read_manifest(manifest), store, options.workers).failures:
         _say(f"{options.out}: not built, because scenes failed")
         return DOES_NOT_HOLD
     shards = build_release(
-        options.manifest,
-        Store(options.store),
+        manifest,
+        store,
         options.out,
         {options.config: None},
         version=params["version"],

@@ -127,7 +127,8 @@ def test_the_scene_of_this_module_has_no_fault():
             [BODY, at(OBSTACLE, 0.25, 0.55)],
             {},
             [
-                "objects[1] 'object_1': shape overlaps objects[0] 'object_0' at the start"
+                "objects[1] 'object_1': shape overlaps objects[0] 'object_0'",
+                "at the start; move one of them",
             ],
         ),
     ],
