@@ -54,10 +54,15 @@ def mirror(scene: Data) -> None:
                     part[key] = 0.0 - part[key]
             if "velocity" in part:
                 part["velocity"][0] = 0.0 - part["velocity"][0]
+        if shape["type"] == "fan_blades":  # its first blade points to the other side
+            shape["angle_deg"] = (shape["angle_deg"] + 360.0) % 360.0 - 180.0
 
 
 def _free_color(rng: np.random.Generator, scene: Data) -> str:
-    """A vivid palette colour whose hue no coloured object of the scene is near."""
+    """A vivid palette colour whose hue no coloured object of the scene is near.
+
+    Where a scene has no room for another hue it is any vivid one, and no valid draw.
+    """
     used = [o["visualization"]["color"] for o in scene["objects"]]
     hues = [hue_deg(color) for color in used if saturation(color) > 0.2]
     free = [
@@ -67,4 +72,4 @@ def _free_color(rng: np.random.Generator, scene: Data) -> str:
             abs((hue_deg(color) - h + 180.0) % 360.0 - 180.0) > HUE_STEP for h in hues
         )
     ]
-    return str(rng.choice(free))
+    return str(rng.choice(free or VIVID))

@@ -28,6 +28,13 @@ from mpmworlds.splits.assign import SplitParams, split_of
 from mpmworlds.splits.ids import SampleId
 
 MOST_PAIRS = 20  # pairs of seeds tried for a parent
+COUNTS = (
+    "parents",
+    "children",
+    "root_perturbations",
+    "child_perturbations",
+    "duration_frames",
+)
 
 
 @dataclass(frozen=True)
@@ -69,21 +76,33 @@ class Profile:
     @classmethod
     def from_params(cls, params: dict[str, Any], name: str) -> "Profile":
         """Read a profile from the data of ``params.yaml``; raises `PlanError`."""
-        profiles = params.get("profiles", {})
+        profiles = params.get("profiles") or {}
         if name not in profiles:
             raise PlanError(
                 f"profile {name!r} is not in params.yaml; it has {sorted(profiles)}"
             )
-        fields = dict(profiles[name])
+        start = f"params.yaml: profile {name!r}"
         try:
+            fields = dict(profiles[name])
             return cls(
                 split=SplitParams(**fields.pop("split")),
                 seeds=tuple(fields.pop("seeds")),
                 root_seed=params["root_seed"],
                 **fields,
             )
-        except (TypeError, KeyError) as error:
-            raise PlanError(f"params.yaml: profile {name!r}: {error}") from None
+        except KeyError as error:
+            raise PlanError(f"{start}: {error} is missing; add it") from None
+        except (TypeError, ValueError) as error:
+            raise PlanError(f"{start}: {error}") from None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be a number of scenes or frames."""
+        for name in COUNTS:
+            value, least = getattr(self, name), int(name == "duration_frames")
+            if not isinstance(value, int) or value < least:
+                raise PlanError(
+                    f"{name} = {value!r}, must be a whole number >= {least}"
+                )
 
 
 class PlanError(ValueError):

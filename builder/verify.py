@@ -45,7 +45,11 @@ def verify_release(root: Path, resimulate: int = 1, workers: int = 1) -> list[st
     ------
     FileNotFoundError
         If the folder has no SHA256SUMS or README.md: it is no release.
+    ValueError
+        If `resimulate` is negative.
     """
+    if resimulate < 0:
+        raise ValueError(f"resimulate = {resimulate}, must be at least 0")
     try:
         sums = read_checksums(root)
     except ChecksumError as error:

@@ -138,8 +138,11 @@ def _example(row: dict[str, Any]) -> Example:
         raise ValueError(
             f"{row['id']}: has no video; load another configuration than 'recipes'"
         )
-    frames = decode_mp4(row["video"]["bytes"])
     framerate = reduced_framerate(row["framerate"])
-    prefix, continuation = split_clip(reduce_clip(frames, row["framerate"]), framerate)
+    try:
+        clip = reduce_clip(decode_mp4(row["video"]["bytes"]), row["framerate"])
+        prefix, continuation = split_clip(clip, framerate)
+    except ValueError as error:
+        raise ValueError(f"{row['id']}: {error}") from None
     others = {name: value for name, value in row.items() if name != "video"}
     return Example(row["id"], prefix, continuation, framerate, others)

@@ -36,6 +36,8 @@ def rescale(
     sim["time_step_dt"] = float(f"{frame_time / sim['substeps_per_frame']:.9g}")
     sim["grid_resolution"] = grid_resolution
     sim["duration_frames"] = duration_frames or sim["duration_frames"]
+    walls = data["environment"]["walls"]
+    walls["thickness_cells"] = max(round(walls["thickness_cells"] * ratio), 3)
     data["output"]["resolution"] = resolution
     for thing in data["objects"]:
         if "emission" in thing:

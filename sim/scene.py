@@ -36,7 +36,7 @@ class Walls(Part):
 
     contact: Law = about("neutral", "contact law", default="separate")
     friction: float = about("neutral", "Coulomb coefficient", default=0.0, ge=0, le=10)
-    thickness_cells: int = about("neutral", "thickness", "cells", default=3, ge=3, le=8)
+    thickness_cells: int = about("neutral", "thickness", "cells", default=3, ge=3, le=32)
 
 
 class Environment(Part):

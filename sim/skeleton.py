@@ -20,7 +20,7 @@ from mpmworlds.sim.physics.deformation import advance, newtonian
 from mpmworlds.sim.physics.elastic import fixed_corotated, lame
 from mpmworlds.sim.physics.liquid import compress, settle
 from mpmworlds.sim.physics.motion import rotate
-from mpmworlds.sim.physics.shapes import sd_box, sd_circle, sd_fan
+from mpmworlds.sim.physics.shapes import sd_box, sd_fan, sd_polygon
 from mpmworlds.sim.physics.splines import bspline
 
 # region scene
@@ -59,7 +59,12 @@ OBJECTS = [
     {
         "name": "object_1",
         "object_type": "static_collider",
-        "shape": {"type": "circle", "center": [0.3, 0.3], "radius": 0.08},
+        "shape": {
+            "type": "polygon",
+            "center": [0.3, 0.3],
+            "angle_deg": 0.0,
+            "vertices": [[-0.1, -0.06], [0.1, -0.06], [0.0, 0.08]],
+        },
         "contact": {"type": "separate", "friction": 0.2, "skin_cells": 0.3},
         "visualization": {"color": "#969696"},
     },
@@ -93,7 +98,7 @@ OBJECTS = [
             "bulk_modulus": 1000000.0,
             "viscosity": 0.1,
         },
-        "emission": {"rate": 1600.0, "velocity": [1.0, 0.0], "start": 0.0, "stop": 0.5},
+        "emission": {"rate": 900.0, "velocity": [1.0, 0.0], "start": 0.0, "stop": 0.5},
         "visualization": {"color": "#2C2DF5"},
     },
 ]
@@ -142,7 +147,7 @@ corners = ti.Vector.field(2, ti.f32, (N_OBJECTS, 16))  # of polygons [m]
 
 
 # region shapes
-KINDS = {"box": 0, "circle": 1, "fan_blades": 2}
+KINDS = {"box": 0, "fan_blades": 1, "polygon": 2}
 
 
 def measures(shape):
@@ -150,11 +155,11 @@ def measures(shape):
     if shape["type"] == "box":
         reach = np.hypot(*shape["size"]) / 2
         return [*shape["size"], 0, reach]
-    if shape["type"] == "circle":
-        reach = shape["radius"]
-        return [shape["radius"], 0, 0, reach]
-    reach = shape["blade_length"] + shape["thickness"] / 2
-    return [shape["blade_count"], shape["blade_length"], shape["thickness"], reach]
+    if shape["type"] == "fan_blades":
+        reach = shape["blade_length"] + shape["thickness"] / 2
+        return [shape["blade_count"], shape["blade_length"], shape["thickness"], reach]
+    reach = max(np.hypot(*vertex) for vertex in shape["vertices"])
+    return [len(shape["vertices"]), 0, 0, reach]
 
 
 @ti.func
@@ -165,9 +170,9 @@ def distance(k, p):
     if kind[k] == 0:
         s = sd_box(p, m.xy)
     elif kind[k] == 1:
-        s = sd_circle(p, m.x)
-    elif kind[k] == 2:
         s = sd_fan(p, m.x, m.y, m.z)
+    elif kind[k] == 2:
+        s = sd_polygon(p, corners, k, int(m.x))
     return s
 
 
@@ -303,6 +308,11 @@ def give_birth(
         x[p], v[p] = vec2(place[p, 0], place[p, 1]), vec2(speed[p, 0], speed[p, 1])
         a[p], b[p], c[p], d[p] = vec2(1.0, 0.0), vec2(0.0), vec2(0.0), vec2(0.0)
         q[p], owner[p] = 1.0, owners[p]
+        # region if body
+        for k in ti.static(of_type("dynamic_body")):
+            if owners[p] == k:
+                c[p].y = OBJECTS[k]["initial_state"]["angular_velocity"]
+        # endregion
 
 
 # region materials

@@ -9,7 +9,9 @@ import pytest
 from mpmworlds.builder.manifest import ManifestRow, write_manifest
 from mpmworlds.builder.release import build_release
 from mpmworlds.builder.store import Store
+from mpmworlds.cli import main
 from mpmworlds.sim.palette import PALETTE, rgb
+from tests.small import build_small
 
 IDS = {
     "p0000": "train",
@@ -118,3 +120,20 @@ def release(corpus, tmp_path_factory):
         rows_per_shard=2,
     )
     return out
+
+
+@pytest.fixture(scope="session")
+def small(tmp_path_factory):
+    """Store, manifest and release of two small simulated worlds. Read-only."""
+    return build_small(tmp_path_factory)
+
+
+@pytest.fixture
+def command(capsys):
+    """Return a function: arguments -> exit status, standard output and error."""
+
+    def run(*arguments):
+        status = main([str(argument) for argument in arguments])
+        return status, *capsys.readouterr()
+
+    return run

@@ -81,14 +81,33 @@ def _say(message: str) -> None:
     print(message, file=sys.stderr)
 
 
+def _read(path: Any) -> str:
+    """Text of a file."""
+    try:
+        return str(path.read_text("utf-8"))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: is not UTF-8 text ({error.reason})") from None
+
+
 def _params(options: argparse.Namespace) -> dict[str, Any]:
     import yaml
 
     path = options.params or files("mpmworlds").joinpath("params.yaml")
-    data = yaml.safe_load(path.read_text("utf-8"))
+    try:
+        data = yaml.safe_load(_read(path))
+    except yaml.YAMLError as error:
+        raise ValueError(f"{path}: is not YAML ({error})") from None
     if not isinstance(data, dict):
         raise ValueError(f"{path}: must be a mapping with the key 'profiles'")
     return data
+
+
+def _setting(params: dict[str, Any], name: str, kind: type) -> Any:
+    """A value at the top of params.yaml."""
+    value = params.get(name)
+    if not isinstance(value, kind):
+        raise ValueError(f"params.yaml: {name} = {value!r}, must be of type {kind.__name__}")
+    return value
 
 
 def _profile(options: argparse.Namespace) -> Any:
@@ -145,7 +164,7 @@ def _program(path: Path) -> str:
     from mpmworlds.sim.link import link as link_scene
     from mpmworlds.sim.scene import Scene
 
-    return link_scene(Scene.from_yaml(path.read_text("utf-8"), str(path)))
+    return link_scene(Scene.from_yaml(_read(path), str(path)))
 
 
 def _add_run(verbs: Any) -> None:
@@ -175,11 +194,14 @@ def run(options: argparse.Namespace) -> int:
     from mpmworlds.sim.run import run as run_program
     from mpmworlds.splits.atomic import write_atomically
 
-    if options.frames is not None and options.frames < 1:
-        raise ValueError(f"--frames {options.frames}: must be at least 1")
+    for name, value in (("frames", options.frames), ("framerate", options.framerate)):
+        if value is not None and value < 1:
+            raise ValueError(f"--{name} {value}: must be at least 1")
+    if not options.timeout > 0:
+        raise ValueError(f"--timeout {options.timeout}: must be more than 0")
     framerate = options.framerate
     if options.source.suffix == ".py":
-        program = options.source.read_text("utf-8")
+        program = _read(options.source)
     else:
         program = _program(options.source)
         framerate = read_scene(program).output.framerate
@@ -355,6 +377,8 @@ def build(options: argparse.Namespace) -> int:
     from mpmworlds.builder.store import Store
 
     params, store = _params(options), Store(options.store)
+    version = _setting(params, "version", str)
+    rows_per_shard = _setting(params, "rows_per_shard", int)
     manifest = options.manifest or options.store / f"{options.config}.parquet"
     if not options.manifest:
         write_plan(_profile(options), manifest)
@@ -366,8 +390,8 @@ def build(options: argparse.Namespace) -> int:
         store,
         options.out,
         {options.config: None},
-        version=params["version"],
-        rows_per_shard=params["rows_per_shard"],
+        version=version,
+        rows_per_shard=rows_per_shard,
         workers=options.workers or 1,
     )
     print(f"{options.out}: {len(shards)} shards")

@@ -1,4 +1,4 @@
-"""Record the checksums of the programs of the seeds: `python -m tests.sim.pin_programs`.
+"""Record checksums of the programs of the seeds: `python -m tests.sim.pin_programs`.
 
 The text of a program decides the bits of its video. Whoever records new checksums
 changes samples that have been released, and so raises the version of the package.

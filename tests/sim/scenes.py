@@ -12,7 +12,7 @@ from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.streams import stream
 from mpmworlds.sim.scene import Scene
 
-MANY = 60  # random scenes in all
+MANY = 44  # random scenes in all
 
 ELASTIC = {
     "constitutive_model": "elastic",
@@ -93,7 +93,7 @@ JET = {
 }
 
 
-def scene_data(*objects, gravity=(0.0, -9.8), frames=4, contact="separate"):
+def scene_data(*objects, gravity=(0.0, -9.8), frames=4, pixels=64):
     """Plain data of a scene of 32 cells, 10 ms a frame; the four objects by default."""
     objects = objects or (BODY, OBSTACLE, FAN, JET)
     return Scene.from_data(
@@ -109,10 +109,10 @@ def scene_data(*objects, gravity=(0.0, -9.8), frames=4, contact="separate"):
             },
             "environment": {
                 "gravity": list(gravity),
-                "walls": {"contact": contact, "friction": 0.0, "thickness_cells": 3},
+                "walls": {"contact": "separate", "friction": 0.0, "thickness_cells": 3},
             },
             "objects": list(objects),
-            "output": {"resolution": 64, "framerate": 30},
+            "output": {"resolution": pixels, "framerate": 30},
         }
     ).to_data()
 
@@ -124,11 +124,13 @@ def random_scene(number):
     seeds = list(load_seeds().values())
     first, second = (seeds[i] for i in rng.permutation(len(seeds))[:2])
     scene = first
-    edits = [modify, perturb, partial(compose, other=second.to_data())]
-    for i in rng.integers(len(edits), size=2):
+    edits = [modify, perturb]
+    if number % 4 == 0:
+        edits = [partial(compose, other=second.to_data()), modify]
+    for edit in edits:
         try:
             scene, _ = first_valid(
-                partial(edits[i], rng), scene.to_data(), lambda s: s, str(number)
+                partial(edit, rng), scene.to_data(), lambda s: s, str(number)
             )
         except NoCandidateError:
             continue  # this edit leaves no room; the next one may

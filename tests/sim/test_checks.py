@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.sim.scenes import BODY, FAN, GATE, JET, OBSTACLE, scene_data
 
 from mpmworlds.sim.checks import (
     COURANT,
@@ -20,6 +19,7 @@ from mpmworlds.sim.checks import (
 from mpmworlds.sim.palette import PALETTE
 from mpmworlds.sim.scene import Scene, SceneError
 from mpmworlds.sim.shapes import Box, Circle, Polygon
+from tests.sim.scenes import BODY, FAN, GATE, JET, OBSTACLE, scene_data
 
 NOTCHED = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, -0.1], [-0.2, 0.2]]
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tests.sim.scenes import scene_data
 
 from mpmworlds.sim.encode import decode_mp4, encode_mp4, frames_sha256
 from mpmworlds.sim.link import link
 from mpmworlds.sim.palette import rgb
 from mpmworlds.sim.run import RunError, run
 from mpmworlds.sim.scene import Scene
+from tests.sim.scenes import scene_data
 
 FRAMES = """\
 import os, signal, subprocess, sys, time

@@ -8,12 +8,12 @@ import pydantic
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.sim.scenes import scene_data, scenes
 
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.fields import Part, tag_of
 from mpmworlds.sim.palette import PALETTE
 from mpmworlds.sim.scene import Scene, SceneError, json_schema
+from tests.sim.scenes import scene_data, scenes
 
 BODY, OBSTACLE, FAN, JET = (f"objects[{i}] 'object_{i}'" for i in range(4))
 GONE = object()

@@ -6,10 +6,10 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.sim.scenes import scene_data
 
 from mpmworlds.sim.errors import SceneError
 from mpmworlds.sim.text import dump_yaml, parse_yaml
+from tests.sim.scenes import scene_data
 
 
 def value_of(text):

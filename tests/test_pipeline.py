@@ -1,0 +1,166 @@
+"""The DVC pipeline: what is recorded is in step, and a change reruns what it touches.
+
+DVC runs on a copy of the files of this checkout, in its state of now.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from mpmworlds.builder.manifest import read_manifest
+from mpmworlds.cli import main
+from tests.small import PARAMS
+
+ROOT = Path(__file__).resolve().parents[1]
+STAGES = ["plan", "split", "materialise", "build", "evaluate"]
+
+
+class Checkout:
+    """A copy of the repository and of nothing that was generated in it."""
+
+    def __init__(self, folder):
+        self.folder = folder / "checkout"
+        self.home = folder / "home"
+        listed = ["git", "ls-files", "-co", "--exclude-standard", "-z"]
+        done = subprocess.run(listed, cwd=ROOT, capture_output=True, check=True)
+        for name in sorted(done.stdout.decode().split("\0")[:-1]):
+            if os.path.lexists(ROOT / name):
+                (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, self.folder / name, follow_symlinks=False)
+        subprocess.run(["git", "init", "-q"], cwd=self.folder, check=True)
+
+    def dvc(self, *arguments):
+        """Run dvc where `python` and `mpmworlds` are those of the copy."""
+        environment = os.environ | {
+            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+            "PYTHONPATH": str(self.folder / "src"),
+            "PYTHONDONTWRITEBYTECODE": "",  # a user's Python leaves byte code
+            "XDG_CACHE_HOME": str(self.home / "cache"),
+            "DVC_SITE_CACHE_DIR": str(self.home / "site"),
+            "DVC_GLOBAL_CONFIG_DIR": str(self.home / "global"),
+            "DVC_SYSTEM_CONFIG_DIR": str(self.home / "system"),
+        }
+        done = subprocess.run(
+            [sys.executable, "-m", "dvc", *arguments],
+            cwd=self.folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    def repro(self):
+        """Return the stages that ran."""
+        return re.findall(r"^Running stage '(\w+)'", self.dvc("repro"), re.MULTILINE)
+
+    def set(self, old, new):
+        """Change one place of params.yaml."""
+        path = self.folder / "params.yaml"
+        text = path.read_text()
+        assert text.count(old) == 1
+        path.write_text(text.replace(old, new))
+
+    def read(self, name):
+        return (self.folder / name).read_bytes()
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    return Checkout(tmp_path)
+
+
+def outs_of(stage):
+    """Return the outputs of a stage of dvc.yaml."""
+    entries = [*stage.get("outs", ()), *stage.get("metrics", ())]
+    return [next(iter(e)) if isinstance(e, dict) else e for e in entries]
+
+
+def out_of_step(status, absent):
+    """Yield what `dvc status` finds, except that generated files are absent."""
+    for stage, findings in status.items():
+        for finding in findings:
+            parts = finding.items() if isinstance(finding, dict) else [(finding, {})]
+            for what, paths in parts:
+                if not paths:
+                    yield f"{stage}: {what}"
+                for path, change in paths.items():
+                    if path not in absent:
+                        yield f"{stage}: {what}: {path}: {change}"
+
+
+def test_lock_is_in_step_with_sources_parameters_and_commands(checkout):
+    stages = yaml.safe_load(checkout.read("dvc.yaml"))["stages"]
+    locked = yaml.safe_load(checkout.read("dvc.lock"))["stages"]
+    assert list(stages) == list(locked) == STAGES
+    outs = {out for stage in stages.values() for out in outs_of(stage)}
+    absent = {out for out in outs if not (checkout.folder / out).exists()}
+    status = json.loads(checkout.dvc("status", "--json"))
+    findings = list(out_of_step(status, absent))
+    advice = (
+        "dvc.lock is not of these files; if a video changed, raise `version` in "
+        "params.yaml; then run `dvc repro` and commit what it records:"
+    )
+    assert not findings, "\n".join([advice, *findings])
+
+
+def test_every_dependency_and_small_output_is_in_git():
+    stages = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
+    listed = ["git", "ls-files", "-co", "--exclude-standard"]
+    done = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True)
+    files = set(done.stdout.splitlines())
+    held = files | {str(p) for name in files for p in Path(name).parents}
+    generated = {out for stage in stages.values() for out in outs_of(stage)}
+    for name, stage in stages.items():
+        missing = set(stage["deps"]) - held - generated
+        assert not missing, f"stage {name} depends on files that are not in git"
+    assert {"builder/recorded/tiny.jsonl", "splits/recorded/tiny"} <= held & generated
+
+
+def test_recorded_lists_and_hashes_are_those_of_the_plan(tmp_path, capsys):
+    manifest = tmp_path / "manifest.parquet"
+    assert main(["plan", "--config", "tiny", "--out", str(manifest)]) == 0
+    lists = ["--dir", str(ROOT / "splits/recorded/tiny"), "--manifest", str(manifest)]
+    assert main(["splits", "--check", *lists]) == 0, capsys.readouterr().out
+    lines = (ROOT / "builder/recorded/tiny.jsonl").read_text().splitlines()
+    recorded = {r["id"]: r["program_sha256"] for r in map(json.loads, lines)}
+    planned = {row.id: row.program_sha256 for row in read_manifest(manifest)}
+    assert recorded == planned, (
+        "builder/recorded/tiny.jsonl is of other programs: run `dvc repro`"
+    )
+
+
+@pytest.mark.slow
+def test_change_reruns_the_stages_that_it_touches_and_no_other(checkout, small):
+    (checkout.folder / "params.yaml").write_text(yaml.safe_dump(PARAMS))
+    shutil.copytree(small.store, checkout.folder / "work/store")  # rendered already
+    assert checkout.repro() == STAGES
+    assert list((checkout.folder / "metrics").glob("__pycache__/*.pyc"))
+    assert checkout.repro() == []
+
+    # One row in each file before and after: the release is the same, so the scores are.
+    release = checkout.read("release/mpmworlds/SHA256SUMS")
+    checkout.set("rows_per_shard: 4", "rows_per_shard: 1")
+    assert checkout.repro() == ["build"]
+    assert checkout.read("release/mpmworlds/SHA256SUMS") == release
+
+    checkout.set("predictor: copy_last", "predictor: black")
+    assert checkout.repro() == ["evaluate"]
+    summary = json.loads(checkout.read("work/tiny/results/summary.json"))
+    assert summary["provenance"]["predictor"] == "black"
+
+    # Under this salt the parent, too, is in train. No scene changes, so no video does.
+    record = checkout.read("builder/recorded/tiny.jsonl")
+    assert checkout.read("splits/recorded/tiny/test.txt") == b"p0000\n"
+    checkout.set("salt: tiny-1", "salt: tiny-9")
+    assert checkout.repro() == STAGES
+    assert checkout.read("builder/recorded/tiny.jsonl") == record
+    assert checkout.read("splits/recorded/tiny/train.txt") == b"p0000\ns04\n"
