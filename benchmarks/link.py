@@ -1,7 +1,4 @@
-"""Time the linker: CPU milliseconds per program, over the seeds.
-
-    python benchmarks/link.py
-"""
+"""Time the linker over the seeds, in CPU time: `python benchmarks/link.py`."""
 
 import statistics
 import time

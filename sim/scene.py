@@ -36,7 +36,9 @@ class Walls(Part):
 
     contact: Law = about("neutral", "contact law", default="separate")
     friction: float = about("neutral", "Coulomb coefficient", default=0.0, ge=0, le=10)
-    thickness_cells: int = about("neutral", "thickness", "cells", default=3, ge=3, le=32)
+    thickness_cells: int = about(
+        "neutral", "thickness", "cells", default=3, ge=3, le=32
+    )
 
 
 class Environment(Part):
@@ -120,7 +122,5 @@ def _ordered(data: Any) -> Any:
 def json_schema() -> dict[str, Any]:
     """JSON Schema of a scene file, for editors and other tools."""
     schema = Scene.model_json_schema(by_alias=True)
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": SCHEMA,
-    } | schema
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    return {"$schema": dialect} | schema | {"title": SCHEMA}

@@ -35,7 +35,7 @@ def test_source_folder_holds_only_links_and_the_root_modules():
     assert real - {"__pycache__"} <= {
         "__init__.py",
         "__main__.py",
-        "cli.py",
+        "cli",
         "py.typed",
     }
 
@@ -56,6 +56,7 @@ def package_files():
     return (
         sources
         | {path.name for path in PACKAGE.glob("*.py")}
+        | {f"cli/{path.name}" for path in (PACKAGE / "cli").glob("*.py")}
         | {
             "py.typed",
             "dataset_card.md",

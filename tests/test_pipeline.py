@@ -19,6 +19,9 @@ from mpmworlds.cli import main
 from tests.small import PARAMS
 
 ROOT = Path(__file__).resolve().parents[1]
+pytestmark = pytest.mark.skipif(
+    not (ROOT / ".git").exists(), reason="needs a git checkout, to see what is in git"
+)
 STAGES = ["plan", "split", "materialise", "build", "evaluate"]
 
 

@@ -1,0 +1,64 @@
+"""The command `mpmworlds`: each verb is one thin function over the library.
+
+Exit status: 0 done; 1 what was asked about does not hold, or a program failed; 2 wrong
+use or wrong input. Results go to standard output, progress and messages to standard
+error.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+
+import mpmworlds
+from mpmworlds.cli import corpus, release, scenes
+from mpmworlds.cli.common import DONE, WRONG_USE, say
+
+INTERRUPTED = 130
+VERBS = (
+    scenes.add_schema,
+    scenes.add_link,
+    scenes.add_run,
+    corpus.add_plan,
+    corpus.add_splits,
+    corpus.add_materialise,
+    corpus.add_build,
+    release.add_verify,
+    release.add_evaluate,
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    verb: Callable[[argparse.Namespace], int] = options.verb
+    try:
+        return verb(options)
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except (OSError, ValueError, LookupError, RuntimeError) as error:
+        say(f"mpmworlds {options.name}: {_text(error)}")
+        return WRONG_USE
+    except KeyboardInterrupt:
+        say(f"mpmworlds {options.name}: interrupted; run it again to go on")
+        return INTERRUPTED
+
+
+def _text(error: BaseException) -> str:
+    if isinstance(error, KeyError) and error.args:
+        return str(error.args[0])
+    return str(error) or type(error).__name__
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mpmworlds",
+        description="2D Material Point Method worlds as programs, scenes and videos.",
+        epilog="`mpmworlds VERB --help` explains a verb and shows an example.",
+    )
+    parser.add_argument("--version", action="version", version=mpmworlds.__version__)
+    verbs = parser.add_subparsers(required=True, metavar="VERB", dest="name")
+    for add in VERBS:
+        add(verbs)
+    return parser

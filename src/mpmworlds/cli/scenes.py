@@ -1,0 +1,128 @@
+"""Verbs about one scene or program: schema, link, run."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, new_verb, read_text, say
+
+
+def add_schema(verbs: Any) -> None:
+    """Add the verb `schema`."""
+    new_verb(
+        verbs,
+        schema,
+        "print the JSON Schema of a scene, for editors and other tools",
+        "mpmworlds schema > scene.schema.json",
+    )
+
+
+def schema(options: argparse.Namespace) -> int:
+    """Print the JSON Schema of a scene."""
+    from mpmworlds.sim.scene import json_schema
+
+    print(json.dumps(json_schema(), indent=2))
+    return DONE
+
+
+def add_link(verbs: Any) -> None:
+    """Add the verb `link`."""
+    parser = new_verb(
+        verbs,
+        link,
+        "write the standalone program of a scene",
+        "mpmworlds link scene.yaml -o program.py",
+    )
+    parser.add_argument("scene", type=Path, help="scene file (YAML)")
+    parser.add_argument("-o", "--out", type=Path, help="write here, not to stdout")
+
+
+def link(options: argparse.Namespace) -> int:
+    """Write the program of a scene."""
+    from mpmworlds.splits.atomic import write_atomically
+
+    program = _program(options.scene)
+    if options.out:
+        write_atomically(options.out, program.encode())
+    else:
+        print(program, end="")
+    return DONE
+
+
+def _program(path: Path) -> str:
+    """The program of a scene file."""
+    from mpmworlds.sim.link import link as link_scene
+    from mpmworlds.sim.scene import Scene
+
+    return link_scene(Scene.from_yaml(read_text(path), str(path)))
+
+
+def add_run(verbs: Any) -> None:
+    """Add the verb `run`."""
+    parser = new_verb(
+        verbs,
+        run,
+        "run a scene or a program and write its exact video",
+        "mpmworlds run scene.yaml --out video.mp4 --sheet sheet.png",
+    )
+    parser.add_argument("source", type=Path, help="scene (.yaml) or program (.py)")
+    parser.add_argument("--out", type=Path, help="video to write (.mp4, lossless)")
+    parser.add_argument("--sheet", type=Path, help="contact sheet to write (.png)")
+    parser.add_argument("--frames", type=int, help="stop after so many frames")
+    parser.add_argument(
+        "--framerate", type=int, default=30, help="of a program's video (default 30)"
+    )
+    parser.add_argument(
+        "--timeout", type=float, default=1800.0, help="seconds (default 1800)"
+    )
+    parser.add_argument("--json", action="store_true", help="print the outcome as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run a program and write what was asked for."""
+    from mpmworlds.sim.encode import encode_mp4, frames_sha256
+    from mpmworlds.sim.link import read_scene
+    from mpmworlds.sim.run import run as run_program
+    from mpmworlds.splits.atomic import write_atomically
+
+    for name, value in (("frames", options.frames), ("framerate", options.framerate)):
+        if value is not None and value < 1:
+            raise ValueError(f"--{name} {value}: must be at least 1")
+    if not options.timeout > 0:
+        raise ValueError(f"--timeout {options.timeout}: must be more than 0")
+    framerate = options.framerate
+    if options.source.suffix == ".py":
+        program = read_text(options.source)
+    else:
+        program = _program(options.source)
+        framerate = read_scene(program).output.framerate
+    outcome = run_program(program, options.frames, options.timeout)
+    result = {
+        "status": outcome.status,
+        "frames": len(outcome.frames),
+        "seconds": round(outcome.seconds, 2),
+        "message": outcome.message,
+    }
+    if outcome.status == "ok":
+        result["frames_sha256"] = frames_sha256(outcome.frames)
+        if options.out:
+            write_atomically(options.out, encode_mp4(outcome.frames, framerate))
+        if options.sheet:
+            write_atomically(options.sheet, _png(outcome.frames))
+    if options.json:
+        print(json.dumps(result))
+    else:
+        print(f"{result['status']}: {result['frames']} frames, {result['seconds']} s")
+        if outcome.message:
+            say(outcome.message)
+    return DONE if outcome.status == "ok" else DOES_NOT_HOLD
+
+
+def _png(frames: Any) -> bytes:
+    import cv2
+
+    from mpmworlds.sim.sheet import contact_sheet
+
+    sheet = cv2.cvtColor(contact_sheet(frames), cv2.COLOR_RGB2BGR)
+    return bytes(cv2.imencode(".png", sheet)[1])
