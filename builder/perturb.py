@@ -1,58 +1,78 @@
 """Perturbations: numeric jitter of a scene, its structure kept."""
 
+import copy
 from typing import Any
 
 import numpy as np
 
 from mpmworlds.builder.attempt import Data
+from mpmworlds.sim.errors import SceneError
+from mpmworlds.sim.scene import Scene
 
 SHIFT = 0.04  # largest displacement of an object along an axis [m]
 TURN = 12.0  # largest turn [deg]
 RATIO = 1.2  # largest factor on lengths, speeds and material parameters
-LENGTHS = ("radius", "blade_length", "thickness")
+TRIES = 40  # jitters of an object tried before it is left as it is
+LENGTHS = ("radius", "blade_length", "thickness", "size")
 MOTIONS = ("velocity", "angular_velocity")
 MATERIALS = ("density", "youngs_modulus", "bulk_modulus", "viscosity", "damping")
 
 
 def perturb(rng: np.random.Generator, scene: Data) -> Data:
-    """Jitter every object of a scene in place; returns the record of the edit.
+    """Jitter the objects of a scene in place; returns the record of the edit.
 
     Places move by up to `SHIFT`, angles by up to `TURN`, and lengths, speeds and
     material parameters change by a factor of up to `RATIO` either way. Colours,
-    materials and the number of objects stay.
+    materials and the number of objects stay. Objects are jittered one after another,
+    each so that the scene stays valid; one that has no room stays as it is.
     """
-    for thing in scene["objects"]:
-        _jitter(rng, thing)
+    jittered = [
+        thing["name"]
+        for i, thing in enumerate(scene["objects"])
+        if _jitter_within(rng, scene, i)
+    ]
     scene["simulation"]["seed"] = int(rng.integers(2**31))
-    return {"operator": "perturb", "shift": SHIFT, "turn": TURN, "ratio": RATIO}
+    return {"operator": "perturb", "jittered": jittered}
+
+
+def _jitter_within(rng: np.random.Generator, scene: Data, i: int) -> bool:
+    """Jitter object i so that the scene stays valid; whether there was room."""
+    things = scene["objects"]
+    for _ in range(TRIES):
+        thing = copy.deepcopy(things[i])
+        _jitter(rng, thing)
+        try:
+            Scene.from_data(scene | {"objects": [*things[:i], thing, *things[i + 1 :]]})
+        except SceneError:
+            continue
+        things[i] = thing
+        return True
+    return False
 
 
 def _jitter(rng: np.random.Generator, thing: Data) -> None:
+    def moved(value: float, most: float, digits: int = 4) -> float:
+        return rounded(value + rng.uniform(-most, most), digits)
+
+    def scaled(value: Any) -> Any:
+        if isinstance(value, list):
+            return [scaled(x) for x in value]
+        return rounded(value * RATIO ** rng.uniform(-1.0, 1.0))
+
     shape = thing["shape"]
-    shape["center"] = [rounded(x + rng.uniform(-SHIFT, SHIFT)) for x in shape["center"]]
+    shape["center"] = [moved(x, SHIFT) for x in shape["center"]]
     if "angle_deg" in shape and shape["type"] != "polygon":
-        shape["angle_deg"] = rounded(shape["angle_deg"] + rng.uniform(-TURN, TURN), 2)
-    for key in LENGTHS:
-        _scale(rng, shape, key)
-    if "size" in shape:
-        shape["size"] = [rounded(x * _factor(rng)) for x in shape["size"]]
-    for part in ("initial_state", "kinematics", "emission"):
-        for key in MOTIONS:
-            _scale(rng, thing.get(part, {}), key)
-    for key in MATERIALS:
-        _scale(rng, thing.get("physics_properties", {}), key)
-
-
-def _scale(rng: np.random.Generator, part: Data, key: str) -> None:
-    value: Any = part.get(key)
-    if isinstance(value, list):
-        part[key] = [rounded(x * _factor(rng)) for x in value]
-    elif value is not None:
-        part[key] = rounded(value * _factor(rng))
-
-
-def _factor(rng: np.random.Generator) -> float:
-    return float(RATIO ** rng.uniform(-1.0, 1.0))
+        shape["angle_deg"] = moved(shape["angle_deg"], TURN, 2)
+    for part, keys in (
+        (shape, LENGTHS),
+        (thing.get("initial_state", {}), MOTIONS),
+        (thing.get("kinematics", {}), MOTIONS),
+        (thing.get("emission", {}), MOTIONS),
+        (thing.get("physics_properties", {}), MATERIALS),
+    ):
+        for key in keys:
+            if key in part:
+                part[key] = scaled(part[key])
 
 
 def rounded(value: float, digits: int = 4) -> float:

@@ -116,7 +116,13 @@ PIXELS = OUTPUT["resolution"]
 BLOB = 1.85 * SPACING  # radius of the metaball that a particle is drawn as
 SOLID = 0.9  # sum of metaballs from which a pixel is covered
 
-ti.init(arch=ti.cpu, cpu_max_num_threads=1, fast_math=False, log_level=ti.WARN)
+ti.init(
+    arch=ti.cpu,
+    cpu_max_num_threads=1,  # so that every run gives the same bits
+    fast_math=False,
+    cfg_optimization=False,  # it compiles a quarter faster and runs as fast
+    log_level=ti.WARN,
+)
 SERIAL = ti.cfg.arch in (ti.x64, ti.arm64)  # on a GPU the same loops run in parallel
 
 
@@ -237,13 +243,11 @@ def set_up():
 # endregion
 # region if body
 @ti.kernel
-def find_owners(points: ti.types.ndarray(), owners: ti.types.ndarray()):
-    """Index of the body around each point, where there is one."""
+def mark_inside(k: int, points: ti.types.ndarray(), inside: ti.types.ndarray()):
+    """Whether each point is inside object k."""
     ti.loop_config(serialize=SERIAL)
     for p in range(points.shape[0]):
-        for k in ti.static(of_type("dynamic_body")):
-            if surface(k, vec2(points[p, 0], points[p, 1])).x < 0.0:
-                owners[p] = k
+        inside[p] = surface(k, vec2(points[p, 0], points[p, 1])).x < 0.0
 
 
 def fill_bodies():
@@ -251,13 +255,13 @@ def fill_bodies():
     rng = np.random.Generator(np.random.Philox(SIMULATION["seed"]))
     cells = np.argwhere(np.ones((round(1 / SPACING), round(1 / SPACING))))
     points = SPACING * (cells + 0.25 + 0.5 * rng.random(cells.shape))
-    owners = np.full(len(points), -1, np.int32)
-    find_owners(points.astype(np.float32), owners)
+    inside = np.empty(len(points), np.int32)
     for k in of_type("dynamic_body"):
-        inside, state = points[owners == k], OBJECTS[k]["initial_state"]
-        arm = (inside - HOME[k][:2])[:, ::-1] * [-1, 1]  # turned by 90 degrees
+        mark_inside(k, points.astype(np.float32), inside)
+        place, state = points[inside > 0], OBJECTS[k]["initial_state"]
+        arm = (place - HOME[k][:2])[:, ::-1] * [-1, 1]  # turned by 90 degrees
         velocity = state["velocity"] + state["angular_velocity"] * arm
-        yield np.full(len(inside), k), np.zeros(len(inside), int), inside, velocity
+        yield np.full(len(place), k), np.zeros(len(place), int), place, velocity
 
 
 # endregion
