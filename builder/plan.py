@@ -200,16 +200,19 @@ def _roots(profile: Profile, seeds: dict[str, Scene]) -> Iterator[Draft]:
 def _parent(profile: Profile, i: int, seeds: dict[str, Scene]) -> Draft:
     """Compose two seeds; a pair that leaves no room gives way to another."""
     sample = SampleId.parse(f"p{i:04d}")
-    rng = stream(profile.root_seed, "parent", str(sample))
+    rng, fault = stream(profile.root_seed, "parent", str(sample)), ""
     for _ in range(MOST_PAIRS):
         base, other = rng.permutation(sorted(seeds))[:2].tolist()
         edit = partial(compose, rng, other=seeds[other].to_data())
         try:
             full, kept, record = _edited(profile, str(sample), seeds[base], edit)
-        except NoCandidateError:
+        except NoCandidateError as error:
+            fault = str(error)
             continue
         return Draft(sample, "parent", "", (base, other), record, full, kept)
-    raise NoCandidateError(f"{sample}: no pair of seeds can be composed; add seeds")
+    raise NoCandidateError(
+        f"{sample}: no pair of seeds can be composed; add seeds (last: {fault})"
+    )
 
 
 def _descendant(profile: Profile, origin: Draft, sample: SampleId, kind: str) -> Draft:

@@ -163,13 +163,14 @@ def test_a_seed_that_there_is_not_is_an_error(tmp_path):
     assert not (tmp_path / "m.parquet").exists()
 
 
-def test_a_scene_that_leaves_no_room_is_an_error_that_names_the_sample(tmp_path):
-    profile = dataclasses.replace(SMALL, resolution=63)
-    with pytest.raises(ValueError, match=r"resolution = 63, must be even"):
-        write_plan(profile, tmp_path / "m.parquet")
+def test_a_sample_without_a_candidate_is_named_with_the_last_fault(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("mpmworlds.builder.attempt.MOST_DRAWS", 2)
     profile = dataclasses.replace(SMALL, seeds=(), resolution=63)
-    with pytest.raises(NoCandidateError, match="p0000: no pair of seeds"):
+    with pytest.raises(NoCandidateError, match="p0000: no pair of seeds") as error:
         write_plan(profile, tmp_path / "m.parquet")
+    assert "none of 2 draws is a valid scene (last: p0000: " in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,12 @@ def test_other_spellings_are_text(text):
     assert value_of(text) == text
 
 
-@given(st.one_of(st.floats(allow_nan=False), st.integers(-(2**70), 2**70)))
+@given(
+    st.one_of(
+        st.floats(allow_nan=False, allow_subnormal=False),  # taichi flushes them to 0
+        st.integers(-(2**70), 2**70),
+    )
+)
 def test_every_number_survives_writing_and_reading(number):
     data = {"objects": [], "environment": {"x": number}}
     read = parse_yaml(dump_yaml(data), "scene.yaml")["environment"]["x"]

@@ -28,6 +28,11 @@ def verify(options: argparse.Namespace) -> int:
     """Look for anything wrong in a release."""
     from mpmworlds.builder.verify import verify_release
 
+    if not options.release.is_dir():
+        raise ValueError(
+            f"{options.release}: there is no such folder; build a release there with "
+            f"`mpmworlds build --out {options.release}`"
+        )
     findings = verify_release(options.release, options.resimulate, options.workers)
     if options.json:
         print(json.dumps({"release": str(options.release), "findings": findings}))
