@@ -21,6 +21,7 @@ HEADER = struct.Struct("<4sIIQ")  # kind, height, width, bytes that follow
 FRAME = b"FRAM"
 REPORT = b"REPT"
 PR_SET_PDEATHSIG = 1
+LARGEST_FILE = 64 << 20  # bytes; what a program prints goes into a file, too
 
 
 class BadText(Exception):
@@ -53,18 +54,19 @@ def main(path: str, pipe: int, max_frames: int, memory: int) -> None:
     except NoFrames as error:
         status, message = "no_frames", str(error)
     except Exception as error:  # noqa: BLE001 - it is reported, whatever it is
-        status, message = "exception", f"{type(error).__name__}: {error}"
-        traceback.print_exc()
+        status, where = "exception", traceback.format_exc(limit=-3)
+        message = f"{type(error).__name__}: {error}\n{where}"
     payload = json.dumps({"status": status, "message": message}).encode()
     _write(pipe, HEADER.pack(REPORT, 0, 0, len(payload)) + payload)
 
 
 def _confine(memory: int) -> None:
-    """Die with the parent, dump no core, and stay within the memory allowed."""
+    """Die with the parent; stay within the memory allowed; fill no disk."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_FILE, LARGEST_FILE))
 
 
 def _parse(path: str) -> None:

@@ -187,3 +187,11 @@ def test_a_user_gets_a_playable_preview(scene, frames, tmp_path):
         shown.append(image[:, :, ::-1])
     assert np.shape(shown) == frames.shape
     assert abs(np.asarray(shown, int) - frames).mean() < 10
+
+
+def test_a_program_that_prints_without_end_fills_no_disk():
+    endless = "def frames():\n    while True:\n        print('x' * 2**20)\n"
+    outcome = run(endless, timeout=60)
+    assert outcome.status == "exception"
+    assert "File too large" in outcome.message
+    assert len(outcome.message) < 5000

@@ -175,7 +175,7 @@ def test_every_fault_is_told_at_once():
     value=st.one_of(
         st.sampled_from([None, "", "x", [], {}, [[]], [{}], {"type": []}, True, 1e300]),
         st.integers(-(2**70), 2**70),
-        st.floats(),
+        st.floats(allow_subnormal=False),  # taichi, where loaded, flushes them to 0
     ),
 )
 def test_any_value_anywhere_is_accepted_or_refused_with_a_scene_error(path, value):
