@@ -2,11 +2,12 @@
 
 import copy
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 from mpmworlds.sim.scene import Scene, SceneError
 
 Data = dict[str, Any]
+Accepted = TypeVar("Accepted")
 MOST_DRAWS = 400
 
 
@@ -17,9 +18,9 @@ class NoCandidateError(RuntimeError):
 def first_valid(
     draw: Callable[[Data], Any],
     start: Data,
-    accept: Callable[[Scene], Scene],
+    accept: Callable[[Scene], Accepted],
     what: str,
-) -> tuple[Scene, Any]:
+) -> tuple[Accepted, Any]:
     """Apply a random edit to fresh copies of a scene until the result is valid.
 
     Parameters
@@ -29,13 +30,13 @@ def first_valid(
     start : dict
         Plain data of the scene to start from.
     accept : callable
-        Takes a valid scene to the form that is kept; may raise `SceneError`.
+        Takes a valid scene to what is wanted of it; may raise `SceneError`.
     what : str
         Name of the sample, for the error.
 
     Returns
     -------
-    Scene
+    Accepted
         What `accept` made of the first valid draw.
     object
         The record of that draw.

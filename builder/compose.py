@@ -7,7 +7,7 @@ import numpy as np
 from mpmworlds.builder.attempt import Data
 from mpmworlds.builder.modify import scale_shape
 from mpmworlds.builder.perturb import rounded
-from mpmworlds.sim.palette import PALETTE, hue_deg, saturation
+from mpmworlds.sim.palette import PALETTE, hue_difference, saturation
 
 MOST_TAKEN = 2  # objects taken from the second seed
 HUE_STEP = 30.0  # least hue difference of a new object's colour [deg]
@@ -64,12 +64,10 @@ def _free_color(rng: np.random.Generator, scene: Data) -> str:
     Where a scene has no room for another hue it is any vivid one, and no valid draw.
     """
     used = [o["visualization"]["color"] for o in scene["objects"]]
-    hues = [hue_deg(color) for color in used if saturation(color) > 0.2]
+    hued = [color for color in used if saturation(color) > 0.2]
     free = [
         color
         for color in VIVID
-        if all(
-            abs((hue_deg(color) - h + 180.0) % 360.0 - 180.0) > HUE_STEP for h in hues
-        )
+        if all(hue_difference(color, other) > HUE_STEP for other in hued)
     ]
     return str(rng.choice(free or VIVID))

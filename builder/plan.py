@@ -227,15 +227,12 @@ def _edited(
     profile: Profile, name: str, start: Scene, edit: Callable[[Data], Data]
 ) -> tuple[Scene, Scene, str]:
     """An edited scene, as it is kept in the profile, and the record of the edit."""
-    full: list[Scene] = []
 
-    def accept(scene: Scene) -> Scene:
-        kept = _kept(profile, scene)
-        full[:] = [scene]
-        return kept
+    def both(scene: Scene) -> tuple[Scene, Scene]:
+        return scene, _kept(profile, scene)
 
-    kept, record = first_valid(edit, start.to_data(), accept, name)
-    return full[0], kept, json.dumps(record, sort_keys=True)
+    (full, kept), record = first_valid(edit, start.to_data(), both, name)
+    return full, kept, json.dumps(record, sort_keys=True)
 
 
 def _kept(profile: Profile, scene: Scene) -> Scene:

@@ -13,7 +13,7 @@ import numpy as np
 from mpmworlds.sim.fields import polygon_area
 from mpmworlds.sim.materials import MATERIALS
 from mpmworlds.sim.objects import DynamicBody, Emitter
-from mpmworlds.sim.palette import hue_deg, saturation
+from mpmworlds.sim.palette import hue_difference, saturation
 from mpmworlds.sim.shapes import Outline
 
 if TYPE_CHECKING:
@@ -158,8 +158,7 @@ def _check_colors(scene: "Scene") -> Iterator[str]:
         a, b = one.visualization.color, other.visualization.color
         if a == b or min(saturation(a), saturation(b)) < 0.2:
             continue
-        apart = abs(hue_deg(a) - hue_deg(b))
-        if min(apart, 360.0 - apart) < HUE_STEP:
+        if hue_difference(a, b) < HUE_STEP:
             yield (
                 f"{_label(scene, j)}: color = '{b}' is too near to '{a}' of "
                 f"{_label(scene, i)}; take the same, or a hue {HUE_STEP:.0f} degrees "

@@ -149,6 +149,12 @@ def hue_deg(color: str) -> float:
     return 360.0 * rgb_to_hsv(*rgb(color))[0]
 
 
+def hue_difference(one: str, other: str) -> float:
+    """Return how far two ``#RRGGBB`` colours are apart in hue [deg], 0 to 180."""
+    apart = abs(hue_deg(one) - hue_deg(other))
+    return min(apart, 360.0 - apart)
+
+
 def saturation(color: str) -> float:
     """Return the HSV saturation of a ``#RRGGBB`` colour, 0 (grey) to 1."""
     return rgb_to_hsv(*rgb(color))[1]
