@@ -101,7 +101,7 @@ def emit_motion(scene: Scene) -> str:
     return (
         "@ti.func\ndef move(k: ti.template(), motion: ti.template(), t):\n"
         '    """Put collider k where its motion has it at time t [s]."""\n'
-        + _choose(["moved, rate = vec3(0.0), vec3(0.0)"], branches)
+        + _choose(["moved, rate = vec3(0.0), vec4(0.0)"], branches)
         + "    now, twist[k] = vec3(HOME[k]) + moved, rate\n"
         "    pose[k] = vec4(now.xy, ti.cos(now.z), ti.sin(now.z))\n"
     )

@@ -205,7 +205,7 @@ TOUCH = [OBJECTS[k]["contact"] for k in COLLIDERS]
 CONTACTS = [[LAWS[c["type"]], c["friction"], DX * c["skin_cells"]] for c in TOUCH]
 collider = ti.field(ti.i32, N_COLLIDERS)  # index of the object
 contact = ti.Vector.field(3, ti.f32, N_OBJECTS)  # law; friction; skin [m]
-twist = ti.Vector.field(3, ti.f32, N_OBJECTS)  # velocity x, y [m/s]; spin [rad/s]
+twist = ti.Vector.field(4, ti.f32, N_OBJECTS)  # velocity x, y [m/s]; spin; belt [m/s]
 room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to the nearest collider [m]
 # endregion
 
@@ -380,7 +380,8 @@ def update_grid(t: float):
                 s = surface(k, node)
                 room[i, j] = ti.min(room[i, j], s.x)
                 if s.x < contact[k].z:
-                    rigid = twist[k].xy + cmul(vec2(0.0, twist[k].z), node - pose[k].xy)
+                    arm, belt = node - pose[k].xy, twist[k].w * vec2(s.z, -s.y)
+                    rigid = twist[k].xy + cmul(vec2(0.0, twist[k].z), arm) + belt
                     g = touch(g, rigid, s.yz, contact[k].x, contact[k].y)
             # endregion
             for axis in ti.static(range(2)):
