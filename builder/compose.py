@@ -12,6 +12,11 @@ from mpmworlds.sim.palette import PALETTE, hue_difference, saturation
 MOST_TAKEN = 2  # objects taken from the second seed
 HUE_STEP = 30.0  # least hue difference of a new object's colour [deg]
 MOVING_PARTS = ("initial_state", "kinematics", "emission")
+VECTORS = ("velocity", "amplitude")  # their x changes sign in a mirror
+TURNS = (  # and so do these
+    *("angle_deg", "angular_velocity", "amplitude_deg"),
+    *("surface_speed", "swing_deg"),
+)
 VIVID = [color for color in PALETTE.values() if saturation(color) > 0.5]
 
 
@@ -49,11 +54,12 @@ def mirror(scene: Data) -> None:
         for vertex in shape.get("vertices", []):
             vertex[0] = 0.0 - vertex[0]
         for part in (shape, *(thing.get(name, {}) for name in MOVING_PARTS)):
-            for key in ("angle_deg", "angular_velocity"):
+            for key in TURNS:
                 if key in part:
                     part[key] = 0.0 - part[key]
-            if "velocity" in part:
-                part["velocity"][0] = 0.0 - part["velocity"][0]
+            for key in VECTORS:
+                if key in part:
+                    part[key][0] = 0.0 - part[key][0]
         if shape["type"] == "fan_blades":  # its first blade points to the other side
             shape["angle_deg"] = (shape["angle_deg"] + 360.0) % 360.0 - 180.0
 

@@ -22,6 +22,33 @@ MATERIALS: dict[str, Data] = {
         "poissons_ratio": 0.25,
         "friction_angle_deg": 34.0,
     },
+    "wet_sand": {
+        "density": 1600.0,
+        "youngs_modulus": 1.4e6,
+        "poissons_ratio": 0.25,
+        "friction_angle_deg": 34.0,
+        "cohesion": 2.0e3,
+        "saturation": 0.4,
+    },
+    "plastic": {
+        "density": 1200.0,
+        "youngs_modulus": 1.2e6,
+        "poissons_ratio": 0.35,
+        "yield_stress": 6.0e3,
+    },
+    "viscoplastic": {
+        "density": 1200.0,
+        "youngs_modulus": 6.0e5,
+        "poissons_ratio": 0.4,
+        "yield_stress": 150.0,
+        "consistency": 300.0,
+    },
+    "viscoelastic": {
+        "density": 1000.0,
+        "youngs_modulus": 2.0e5,
+        "poissons_ratio": 0.45,
+        "relaxation_time": 0.03,
+    },
 }
 
 
@@ -72,12 +99,13 @@ def resize_object(rng: np.random.Generator, scene: Data) -> Data:
 
 
 def scale_shape(shape: Data, factor: float) -> None:
-    """Scale a shape about its center, in place."""
-    for key in ("radius", "blade_length"):
+    """Scale a shape about its center, in place; the thickness of walls stays."""
+    for key in ("radius", "corner_radius", "length", "blade_length"):
         if key in shape:
             shape[key] = rounded(shape[key] * factor)
-    if "size" in shape:
-        shape["size"] = [rounded(x * factor) for x in shape["size"]]
+    for key in ("size", "semi_axes"):
+        if key in shape:
+            shape[key] = [rounded(x * factor) for x in shape[key]]
     if "vertices" in shape:
         shape["vertices"] = [
             [rounded(x * factor) for x in vertex] for vertex in shape["vertices"]

@@ -11,17 +11,28 @@ from mpmworlds.sim.scene import Scene
 
 SHIFT = 0.04  # largest displacement of an object along an axis [m]
 TURN = 12.0  # largest turn [deg]
-RATIO = 1.2  # largest factor on lengths, speeds and material parameters
+RATIO = 1.2  # largest factor on lengths, motions and material parameters
 TRIES = 40  # jitters of an object tried before it is left as it is
-LENGTHS = ("radius", "blade_length", "thickness", "size")
-MOTIONS = ("velocity", "angular_velocity")
-MATERIALS = ("density", "youngs_modulus", "bulk_modulus", "viscosity", "damping")
+LENGTHS = (
+    *("radius", "size", "semi_axes", "corner_radius", "length"),
+    *("blade_length", "thickness", "opening_deg"),
+)
+MOTIONS = (
+    *("velocity", "angular_velocity", "surface_speed"),
+    *("amplitude", "amplitude_deg", "frequency"),
+)
+EMISSIONS = ("velocity", "swing_deg", "period", "drop_radius")
+MATERIALS = (
+    *("density", "youngs_modulus", "bulk_modulus", "viscosity", "damping"),
+    *("yield_stress", "hardening_modulus", "consistency", "relaxation_time"),
+    "cohesion",
+)
 
 
 def perturb(rng: np.random.Generator, scene: Data) -> Data:
     """Jitter the objects of a scene in place; returns the record of the edit.
 
-    Places move by up to `SHIFT`, angles by up to `TURN`, and lengths, speeds and
+    Places move by up to `SHIFT`, angles by up to `TURN`, and lengths, motions and
     material parameters change by a factor of up to `RATIO` either way. Colours,
     materials and the number of objects stay. Objects are jittered one after another,
     each so that the scene stays valid; one that has no room stays as it is.
@@ -67,7 +78,7 @@ def _jitter(rng: np.random.Generator, thing: Data) -> None:
         (shape, LENGTHS),
         (thing.get("initial_state", {}), MOTIONS),
         (thing.get("kinematics", {}), MOTIONS),
-        (thing.get("emission", {}), MOTIONS),
+        (thing.get("emission", {}), EMISSIONS),
         (thing.get("physics_properties", {}), MATERIALS),
     ):
         for key in keys:

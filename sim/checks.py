@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mpmworlds.sim.fields import polygon_area
-from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.sim.materials import MATERIALS, Material
+from mpmworlds.sim.motions import REST, Pose
 from mpmworlds.sim.objects import DynamicBody, Emitter
+from mpmworlds.sim.outlines import Outline, centroid
 from mpmworlds.sim.palette import hue_difference, saturation
-from mpmworlds.sim.shapes import Outline
 
 if TYPE_CHECKING:
     from mpmworlds.sim.scene import Scene
 
 COURANT = 0.6  # largest fraction of a cell that a wave or particle crosses in one step
+DIFFUSION = 1 / 8  # of a squared cell per step; then no gradient of velocity overshoots
 RASTER = 1024  # pixels per side at which overlaps are looked for
 HUE_STEP = 25.0  # least hue difference of two colours in one scene [deg]
 MOST_PARTICLES = 200_000
@@ -27,7 +29,7 @@ LEAST_PARTICLES = 16
 COLLIDERS = ("static_collider", "kinematic_collider")
 MATERIAL_WORDS = (
     *MATERIALS,
-    *("water", "honey", "jelly", "rigid", "plastic", "viscous", "rubber", "mud"),
+    *("water", "honey", "jelly", "rigid", "viscous", "rubber", "mud", "slime"),
 )
 
 
@@ -42,26 +44,35 @@ def spacing(scene: "Scene") -> float:
     return 1.0 / sim.grid_resolution / math.sqrt(sim.particles_per_cell)
 
 
-def jet_width(emitter: Any) -> float:
-    """Extent of an emitter's nozzle across its jet [m]."""
+def jet_width(emitter: Emitter) -> float:
+    """Extent of an emitter's nozzle across its velocity [m]."""
     vx, vy = emitter.emission.velocity
-    angle: float = emitter.shape.angle() - math.atan2(vy, vx)
+    angle = emitter.shape.angle() - math.atan2(vy, vx)
     width, height = map(float, emitter.shape.size)
     return abs(width * math.sin(angle)) + abs(height * math.cos(angle))
 
 
 def fastest_step(scene: "Scene") -> tuple[float, str]:
-    """Largest stable time step [s] and the object that sets it (CFL condition)."""
+    """Largest stable time step [s] and the object that sets it.
+
+    Waves cross at most `COURANT` cells in a step, and explicit viscosity spreads
+    momentum over at most `DIFFUSION` squared cells.
+    """
     dx = 1.0 / scene.simulation.grid_resolution
     fall = math.sqrt(2.0 * math.hypot(*scene.environment.gravity))
     speed = max([fall, *(_speed(thing) for thing in scene.objects)])
-    waves = [
-        (thing.physics_properties.wave_speed(), thing.name)
+    return min(
+        (_step(thing.physics_properties, speed, dx), thing.name)
         for thing in scene.objects
         if isinstance(thing, DynamicBody | Emitter)
-    ]
-    wave, name = max(waves)
-    return COURANT * dx / (wave + speed), name
+    )
+
+
+def _step(material: Material, speed: float, dx: float) -> float:
+    """Largest stable time step [s] of a material that moves in cells of size dx [m]."""
+    wave_step = COURANT * dx / (material.wave_speed() + speed)
+    viscosity = material.kinematic_viscosity()
+    return min(wave_step, DIFFUSION * dx**2 / viscosity if viscosity else math.inf)
 
 
 def _speed(thing: Any) -> float:
@@ -75,9 +86,8 @@ def _speed(thing: Any) -> float:
     if thing.object_type == "dynamic_body":
         state = thing.initial_state
         return math.hypot(*state.velocity) + abs(float(state.angular_velocity)) * reach
-    if thing.kinematics.type == "rotate":
-        return abs(float(thing.kinematics.angular_velocity)) * reach
-    return math.hypot(*thing.kinematics.velocity)
+    fastest: float = thing.kinematics.fastest(reach)
+    return fastest
 
 
 def _label(scene: "Scene", i: int) -> str:
@@ -109,7 +119,7 @@ def _check_particles(scene: "Scene") -> Iterator[str]:
                 )
             total += count
         elif thing.object_type == "emitter":
-            total += thing.emission.rate * (thing.emission.stop - thing.emission.start)
+            total += thing.emission.count(spacing(scene))
     if all(thing.object_type in COLLIDERS for thing in scene.objects):
         yield "objects hold no particles; add a dynamic_body or an emitter"
     if total > MOST_PARTICLES:
@@ -123,14 +133,8 @@ def _check_jets(scene: "Scene") -> Iterator[str]:
     for i, thing in enumerate(scene.objects):
         if thing.object_type != "emitter":
             continue
-        speed = math.hypot(*thing.emission.velocity)
-        most = jet_width(thing) * speed / spacing(scene) ** 2
-        if thing.emission.rate > most:
-            yield (
-                f"{_label(scene, i)}: emission.rate = {thing.emission.rate:g}, must be "
-                f"<= {most:.0f} (width x speed / area of a particle), or the jet is "
-                "denser than its material; lower rate or raise size or velocity"
-            )
+        for fault in thing.emission.faults(jet_width(thing), spacing(scene)):
+            yield f"{_label(scene, i)}: {fault}"
 
 
 def _check_output(scene: "Scene") -> Iterator[str]:
@@ -148,8 +152,8 @@ def _check_stability(scene: "Scene") -> Iterator[str]:
     if scene.simulation.time_step_dt > bound:
         yield (
             f"simulation.time_step_dt = {scene.simulation.time_step_dt:g}, must be <= "
-            f"{bound:.3g} for '{name}' to be stable ({COURANT} cells per step); lower "
-            "it and raise substeps_per_frame, or soften the material"
+            f"{bound:.3g} for '{name}' to be stable; lower it and raise "
+            "substeps_per_frame, or take a softer or less viscous material"
         )
 
 
@@ -166,15 +170,26 @@ def _check_colors(scene: "Scene") -> Iterator[str]:
             )
 
 
-def _poses(thing: Any) -> list[tuple[tuple[float, float], float]]:
-    """Displacements (shift [m], turn [rad]) between which an object moves."""
+def _poses(thing: Any) -> list[Pose]:
+    """Displacements between which an object moves."""
     if thing.object_type != "kinematic_collider":
-        return [((0.0, 0.0), 0.0)]
-    if thing.kinematics.type == "rotate":
-        return [((0.0, 0.0), t) for t in np.linspace(0, 2 * np.pi, 24, endpoint=False)]
-    time = thing.kinematics.stop - thing.kinematics.start
-    vx, vy = thing.kinematics.velocity
-    return [((0.0, 0.0), 0.0), ((vx * time, vy * time), 0.0)]
+        return [REST]
+    poses: list[Pose] = thing.kinematics.poses()
+    return poses
+
+
+def _outlines(thing: Any) -> Outline:
+    """Outlines of an object on its way, and of where particles are born."""
+    outlines = [p for pose in _poses(thing) for p in thing.shape.outline(*pose)]
+    if thing.object_type == "emitter":
+        vx, vy = thing.emission.velocity
+        width = jet_width(thing)
+        births = {
+            "size": (thing.emission.depth(width), width),
+            "angle_deg": math.degrees(math.atan2(vy, vx)),
+        }
+        outlines += thing.shape.model_copy(update=births).outline()
+    return outlines
 
 
 def _check_domain(scene: "Scene") -> Iterator[str]:
@@ -182,13 +197,7 @@ def _check_domain(scene: "Scene") -> Iterator[str]:
     for i, thing in enumerate(scene.objects):
         collider = thing.object_type in COLLIDERS
         edge = 0.0 if collider else scene.environment.walls.thickness_cells * cell
-        points = np.concatenate(
-            [
-                p
-                for shift, turn in _poses(thing)
-                for p in thing.shape.outline(shift, turn)
-            ]
-        )
+        points = np.concatenate(_outlines(thing))
         low, high = float(points.min()), float(points.max())
         if low < edge - 1e-9 or high > 1.0 - edge + 1e-9:
             yield (
@@ -227,6 +236,22 @@ def overlap(one: Outline, other: Outline) -> bool:
     return bool(cv2.erode(both, np.ones((3, 3), np.uint8)).any())
 
 
+def _check_balance(scene: "Scene") -> Iterator[str]:
+    for i, thing in enumerate(scene.objects):
+        if (
+            thing.object_type != "dynamic_body"
+            or thing.physics_properties.constitutive_model != "rigid"
+        ):
+            continue
+        off = centroid(thing.shape.local_outline())
+        if np.hypot(*off) > 0.1 * spacing(scene):
+            yield (
+                f"{_label(scene, i)}: shape has its center of mass at "
+                f"[{off[0]:.4f}, {off[1]:.4f}] m from its center, must be centered on "
+                "it to be rigid; shift its vertices, or take a symmetric shape"
+            )
+
+
 CHECKS: tuple[Callable[["Scene"], Iterator[str]], ...] = (
     _check_names,
     _check_particles,
@@ -236,4 +261,5 @@ CHECKS: tuple[Callable[["Scene"], Iterator[str]], ...] = (
     _check_colors,
     _check_domain,
     _check_overlap,
+    _check_balance,
 )

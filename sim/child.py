@@ -1,7 +1,8 @@
 """Run one program and send its frames through a pipe: the other half of `run`.
 
-Called as `child.py PROGRAM PIPE MAX_FRAMES MEMORY`. It imports nothing of the package,
-so that a program runs as it would on its own.
+Called as `child.py PROGRAM PIPE MAX_FRAMES MEMORY STATES`. It imports nothing of the
+package, so that a program runs as it would on its own. If STATES is 1, the state of the
+program goes before each frame, and what never changes before the first.
 """
 
 import ctypes
@@ -17,9 +18,16 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
-HEADER = struct.Struct("<4sIIQ")  # kind, height, width, bytes that follow
-FRAME = b"FRAM"
-REPORT = b"REPT"
+HEADER = struct.Struct("<4sIIQ")  # kind, two numbers, bytes that follow
+FRAME = b"FRAM"  # height, width; uint8 RGB
+CAST = b"CAST"  # particles, solids; float64, see `_cast`
+STATE = b"STAT"  # living particles, substeps done; float32, see `_state`
+REPORT = b"REPT"  # 0, 0; JSON
+NEEDED = (
+    *("AREA", "ENVIRONMENT", "MATTER", "SIMULATION"),
+    *("alive", "clock", "owner", "v", "x"),
+)  # what a program must have at its top for its state to be read
+UNREADABLE = (AttributeError, LookupError, TypeError, ValueError, struct.error)
 PR_SET_PDEATHSIG = 1
 LARGEST_FILE = 64 << 20  # bytes; what a program prints goes into a file, too
 
@@ -36,13 +44,17 @@ class NoFrames(Exception):
     """The program has no frames to give."""
 
 
-def main(path: str, pipe: int, max_frames: int, memory: int) -> None:
+class NoStates(Exception):
+    """The program has no state that can be read."""
+
+
+def main(path: str, pipe: int, max_frames: int, memory: int, states: bool) -> None:
     """Run the program at `path` and report how it ended."""
     _confine(memory)
     status, message = "ok", ""
     try:
         _parse(path)
-        _send_frames(_load(path), pipe, max_frames)
+        _send_frames(_load(path), pipe, max_frames, states)
     except BadText as error:
         status, message = "syntax_error", str(error)
     except ImportError as error:
@@ -53,6 +65,8 @@ def main(path: str, pipe: int, max_frames: int, memory: int) -> None:
         status, message = "bad_frames", str(error)
     except NoFrames as error:
         status, message = "no_frames", str(error)
+    except NoStates as error:
+        status, message = "no_states", str(error)
     except Exception as error:  # noqa: BLE001 - it is reported, whatever it is
         status, where = "exception", traceback.format_exc(limit=-3)
         message = f"{type(error).__name__}: {error}\n{where}"
@@ -88,11 +102,16 @@ def _load(path: str) -> ModuleType:
     return program
 
 
-def _send_frames(program: ModuleType, pipe: int, max_frames: int) -> None:
+def _send_frames(program: ModuleType, pipe: int, max_frames: int, states: bool) -> None:
     if not callable(getattr(program, "frames", None)):
         raise NoFrames("the program defines no function frames()")
+    missing = [name for name in NEEDED if not hasattr(program, name)]
+    if states and missing:
+        raise NoStates(f"the program has no {', '.join(missing)} at its top")
     count = 0
     for frame in _checked(program.frames()):
+        if states:
+            _send_state(program, pipe, count == 0)
         height, width = frame.shape[:2]
         _write(pipe, HEADER.pack(FRAME, height, width, frame.nbytes))
         _write(pipe, frame.tobytes())
@@ -101,6 +120,55 @@ def _send_frames(program: ModuleType, pipe: int, max_frames: int) -> None:
             break
     if not count:
         raise NoFrames("frames() yields nothing")
+
+
+def _send_state(program: ModuleType, pipe: int, first: bool) -> None:
+    try:
+        messages = [_state(program)]
+        if first:
+            messages.insert(0, _cast(program))
+    except UNREADABLE as error:
+        kind = type(error).__name__
+        raise NoStates(f"the state cannot be read: {kind}: {error}") from None
+    for message in messages:
+        _write(pipe, message)
+
+
+def _cast(program: ModuleType) -> bytes:
+    """Message: object and mass of particles and solids, inertia; gravity, time step."""
+    import numpy as np
+
+    owner = program.owner.to_numpy()
+    density = np.array([matter.get("density", np.nan) for matter in program.MATTER])
+    solids = getattr(program, "COLLIDERS", [])
+    weights = np.full((len(solids), 2), np.inf)  # mass, inertia
+    if hasattr(program, "RIGID"):
+        rigid = np.isin(solids, program.RIGID)
+        weights[rigid] = 1.0 / program.ease.to_numpy()[program.RIGID, :2]
+    g_x, g_y = program.ENVIRONMENT["gravity"]
+    rest = [g_x, g_y, program.SIMULATION["time_step_dt"]]
+    mass = program.AREA * density[owner]
+    numbers = np.concatenate([owner, mass, solids, *weights.T, rest])
+    data: bytes = numbers.astype("<f8").tobytes()
+    return HEADER.pack(CAST, len(owner), len(solids), len(data)) + data
+
+
+def _state(program: ModuleType) -> bytes:
+    """Message: x, v (n, 2) of the living; pose, twist (k, 4) of solids."""
+    import numpy as np
+
+    living, steps = int(program.alive[None]), int(program.clock[None])
+    x, v = (field.to_numpy()[:living] for field in (program.x, program.v))
+    if not x.shape == v.shape == (living, 2):
+        shapes = f"{x.shape} and {v.shape}"
+        raise ValueError(f"living x and v are {shapes}, must be {(living, 2)}")
+    parts = [x, v]
+    if getattr(program, "COLLIDERS", []):
+        fields = program.pose, program.twist
+        parts += [field.to_numpy()[program.COLLIDERS, :4] for field in fields]
+    numbers = np.concatenate([part.ravel() for part in parts])
+    data: bytes = numbers.astype("<f4").tobytes()
+    return HEADER.pack(STATE, living, steps, len(data)) + data
 
 
 def _checked(frames: Any) -> Iterator[Any]:
@@ -122,4 +190,5 @@ def _write(pipe: int, data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]))
+    numbers = [int(number) for number in sys.argv[2:]]
+    main(sys.argv[1], numbers[0], numbers[1], numbers[2], bool(numbers[3]))

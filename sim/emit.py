@@ -107,9 +107,21 @@ def emit_motion(scene: Scene) -> str:
     )
 
 
+def emit_emission(scene: Scene) -> str:
+    """The kinds of emission that occur, each with its function of the library."""
+    kinds = sorted(
+        {
+            thing.emission.type
+            for thing in scene.objects
+            if thing.object_type == "emitter"
+        }
+    )
+    return f"EMIT = dict({', '.join(f'{kind}={kind}' for kind in kinds)})\n"
+
+
 def emit_materials(scene: Scene) -> str:
     """The stress of the materials that occur."""
-    models = sorted(materials_of(scene))
+    models = sorted(materials_of(scene) - {"rigid"})
     branches = [
         (
             STATIC_TEST.format("m", "constitutive_model", name),

@@ -42,12 +42,13 @@ def describe(error: ValidationError, data: Any) -> list[str]:
 
 def _line(fault: Any, data: Any) -> str:
     keys, where, node = [], "", data
-    for step in fault["loc"]:
+    for depth, step in enumerate(fault["loc"], 1):
+        absent = fault["type"] == "missing" and depth == len(fault["loc"])
         if isinstance(node, dict) and step in node:
             node = node[step]
         elif isinstance(node, list | tuple) and isinstance(step, int):
             node = node[step] if step < len(node) else None
-        elif isinstance(node, dict) and step in _tags(node):
+        elif isinstance(node, dict) and not absent:
             continue  # pydantic names the variant of a union; the file does not
         else:
             node = None
@@ -59,14 +60,6 @@ def _line(fault: Any, data: Any) -> str:
         keys = keys[2:]
     field = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys)[1:]
     return where + _fault(fault, field, node)
-
-
-def _tags(node: dict[str, Any]) -> set[Any]:
-    return {
-        node.get(key)
-        for key in ("type", "object_type", "constitutive_model")
-        if isinstance(node.get(key), str)
-    }
 
 
 def _fault(fault: Any, field: str, value: Any) -> str:

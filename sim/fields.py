@@ -52,7 +52,7 @@ def _exact(color: str) -> str:
 
 Vec2 = Annotated[tuple[float, float], BeforeValidator(_pair)]
 Points = Annotated[
-    tuple[Vec2, ...], BeforeValidator(_pair), Field(min_length=3, max_length=16)
+    tuple[Vec2, ...], BeforeValidator(_pair), Field(min_length=3, max_length=24)
 ]
 Color = Annotated[str, Field(pattern="^#[0-9A-Fa-f]{6}$"), AfterValidator(_exact)]
 

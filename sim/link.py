@@ -22,6 +22,7 @@ from mpmworlds.sim.scene import SCHEMA, Scene
 REGIONS: dict[str, Callable[[Scene], str]] = {
     "scene": emit.emit_scene,
     "shapes": emit.emit_shapes,
+    "emission": emit.emit_emission,
     "materials": emit.emit_materials,
     "motion": emit.emit_motion,
 }
@@ -110,19 +111,29 @@ def unresolved(program: str) -> list[str]:
 def features(scene: Scene) -> set[str]:
     """Which conditional regions a scene needs."""
     kinds = {thing.object_type for thing in scene.objects}
-    names = {"dynamic_body": "body", "emitter": "emitter"}
-    found = {names[kind] for kind in kinds if kind in names}
-    if kinds & {"static_collider", "kinematic_collider"}:
-        found.add("collider")
-    if found & {"body", "collider"}:
-        found.add("solid")
-    if "kinematic_collider" in kinds:
-        found.add("moving")
-    if any(thing.shape.type == "polygon" for thing in scene.objects):
-        found.add("polygon")
-    if "liquid" in emit.materials_of(scene):
-        found.add("liquid")
-    return found
+    models = emit.materials_of(scene)
+    bodies = {
+        thing.physics_properties.constitutive_model
+        for thing in scene.objects
+        if thing.object_type == "dynamic_body"
+    }
+    collider = bool(kinds & {"static_collider", "kinematic_collider"})
+    found = {
+        "body": bool(bodies - {"rigid"}),
+        "emitter": "emitter" in kinds,
+        "collider": collider or "rigid" in bodies,
+        "solid": collider or bool(bodies),
+        "moving": "kinematic_collider" in kinds,
+        "polygon": any(thing.shape.type == "polygon" for thing in scene.objects),
+        "rigid": "rigid" in bodies,
+        "mesh": "elastic_fem" in bodies,
+        "liquid": "liquid" in models,
+        "lattice": bool(bodies),
+        "paste": bool(models & {"viscoplastic", "viscoelastic"}),
+        "wet": "wet_sand" in models,
+        "soak": {"wet_sand", "liquid"} <= models,
+    }
+    return {name for name, needed in found.items() if needed}
 
 
 @cache

@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Literal
@@ -23,7 +23,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.child import HEADER, REPORT
+from mpmworlds.sim.child import CAST, HEADER, REPORT, STATE
+from mpmworlds.sim.states import Recording, States
 
 Status = Literal[
     "ok",  # frames are complete
@@ -35,6 +36,7 @@ Status = Literal[
     "out_of_memory",  # it asked for more memory than it may have
     "no_frames",  # it has no frames() or yields nothing
     "bad_frames",  # a frame is not uint8 (H, W, 3), or not like the first
+    "no_states",  # states were asked for, and it has none that can be read
 ]
 TIMEOUT = 1800.0  # seconds
 MEMORY = 4 << 30  # bytes of address space; Taichi alone reserves 1 GiB
@@ -60,12 +62,15 @@ class Outcome:
         Wall time.
     message : str
         What went wrong, empty if nothing did.
+    states : States, optional
+        Those of all frames, if they were asked for and there are any.
     """
 
     status: Status
     frames: npt.NDArray[np.uint8]
     seconds: float
     message: str
+    states: States | None = None
 
     def expect(self) -> npt.NDArray[np.uint8]:
         """The frames of a run that must have ended well; raises `RunError`."""
@@ -79,6 +84,8 @@ def run(
     max_frames: int | None = None,
     timeout: float = TIMEOUT,
     memory: int = MEMORY,
+    *,
+    states: bool = False,
 ) -> Outcome:
     """Run a program and collect its frames.
 
@@ -92,6 +99,9 @@ def run(
         Wall time allowed [s].
     memory : int
         Address space allowed [bytes].
+    states : bool
+        Read the state of matter and colliders at every frame, too; the frames are the
+        same. It takes the names at the top of a linked program.
 
     Returns
     -------
@@ -103,24 +113,28 @@ def run(
         path = Path(scratch) / "program.py"
         path.write_text(program_text, "utf-8", "surrogatepass")
         log = Path(scratch) / "log"
-        frames: list[npt.NDArray[np.uint8]] = []
-        status, message = _supervise(
-            path, log, frames, max_frames, start + timeout, memory
-        )
+        received = _Received()
+        limits = [max_frames or 0, memory, int(states)]
+        status, message = _supervise(path, log, received, limits, start + timeout)
         if status in ("crash", "exception", "import_error", "out_of_memory"):
             printed = log.read_text("utf-8", "replace")[-TAIL:].strip()
             message = f"{message}\n{printed}".strip()
+    frames = received.frames
     stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
-    return Outcome(status, stack, time.monotonic() - start, message)
+    found = received.recording.states(len(frames))
+    return Outcome(status, stack, time.monotonic() - start, message, found)
+
+
+@dataclass(frozen=True)
+class _Received:
+    """What has come through the pipe."""
+
+    frames: list[npt.NDArray[np.uint8]] = field(default_factory=list)
+    recording: Recording = field(default_factory=Recording)
 
 
 def _supervise(
-    path: Path,
-    log: Path,
-    frames: list[npt.NDArray[np.uint8]],
-    max_frames: int | None,
-    deadline: float,
-    memory: int,
+    path: Path, log: Path, received: _Received, limits: list[int], deadline: float
 ) -> tuple[Status, str]:
     """Start the program, gather frames until it ends, and say how it ended."""
     read_end, write_end = os.pipe()
@@ -128,10 +142,9 @@ def _supervise(
         as_file(files("mpmworlds.sim").joinpath("child.py")) as child,
         log.open("wb") as output,
     ):
-        limits = [str(write_end), str(max_frames or 0), str(memory)]
         process = subprocess.Popen(
             [sys.executable, "-I", "-X", "faulthandler", str(child), str(path)]
-            + limits,
+            + [str(number) for number in (write_end, *limits)],
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,
@@ -142,15 +155,16 @@ def _supervise(
         )
         os.close(write_end)
         try:
-            verdict = _collect(read_end, frames, deadline)
+            verdict = _collect(read_end, received, deadline)
             if verdict is None:
                 process.wait(max(deadline - time.monotonic(), 0.1))
         except (TimeoutError, subprocess.TimeoutExpired):
-            verdict = "timeout", f"no end within the time allowed; {len(frames)} frames"
+            count = len(received.frames)
+            verdict = "timeout", f"no end within the time allowed; {count} frames"
         finally:
             _kill(process)
             os.close(read_end)
-    return verdict or _ending(process.returncode, frames)
+    return verdict or _ending(process.returncode, len(received.frames))
 
 
 def _environment(home: Path) -> dict[str, str]:
@@ -171,9 +185,10 @@ def _kill(process: "subprocess.Popen[bytes]") -> None:
 
 
 def _collect(
-    pipe: int, frames: list[npt.NDArray[np.uint8]], deadline: float
+    pipe: int, received: _Received, deadline: float
 ) -> tuple[Status, str] | None:
-    """Read frames until the pipe closes; a verdict if the child sent one."""
+    """Read messages until the pipe closes; a verdict if the child sent one."""
+    frames = received.frames
     while header := _read(pipe, HEADER.size, deadline):
         if len(header) < HEADER.size:
             return None
@@ -184,12 +199,22 @@ def _collect(
         if kind == REPORT:
             report = json.loads(payload)
             return report["status"], report["message"]
-        if frames and frames[0].shape != (height, width, 3):
+        if kind == CAST:
+            received.recording.cast(height, width, payload)
+        elif kind == STATE:
+            if not received.recording.add(height, width, payload):
+                return "no_states", (
+                    f"the state of frame {len(frames)} has another size than objects "
+                    "and particles of frame 0"
+                )
+        elif frames and frames[0].shape != (height, width, 3):
             size = frames[0].shape[:2]
             return "bad_frames", (
                 f"frame {len(frames)} is {(height, width)}, must be {size} like frame 0"
             )
-        frames.append(np.frombuffer(payload, np.uint8).reshape(height, width, 3))
+        else:
+            frame = np.frombuffer(payload, np.uint8)
+            frames.append(frame.reshape(height, width, 3))
     return None
 
 
@@ -207,8 +232,8 @@ def _read(pipe: int, length: int, deadline: float) -> bytearray:
     return data
 
 
-def _ending(code: int, frames: list[npt.NDArray[np.uint8]]) -> tuple[Status, str]:
+def _ending(code: int, count: int) -> tuple[Status, str]:
     """What an exit without a report means."""
     if code < 0:
         return "crash", f"ended by {signal.Signals(-code).name}"
-    return "crash", f"left with exit code {code} after {len(frames)} frames"
+    return "crash", f"left with exit code {code} after {count} frames"

@@ -17,7 +17,7 @@ from mpmworlds.sim.text import dump_yaml, parse_yaml
 
 SCHEMA = "mpmworlds-scene/1"
 FIRST = ("schema", "name", "object_type", "type", "constitutive_model")
-LAST = ("visualization", "output")
+LAST = ("start", "stop", "visualization", "output")
 
 
 class Simulation(Part):
@@ -110,7 +110,7 @@ class Scene(Part):
 
 
 def _ordered(data: Any) -> Any:
-    """Mappings with the keys that say what a thing is first, and its looks last."""
+    """Mappings with what a thing is first, and its times and looks last."""
     if isinstance(data, dict):
         first = [key for key in FIRST if key in data]
         last = [key for key in LAST if key in data]

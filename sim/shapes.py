@@ -1,8 +1,7 @@
 """Shapes of objects: their parameters, outlines, and reach.
 
-An outline is a list of polygons, each (n, 2) [m] in the frame of the shape, that
-together cover it. Checks and layouts use outlines; the simulation uses the signed
-distances of `physics.shapes`. A test holds the two together.
+Checks and layouts use outlines; the simulation uses the signed distances of
+`physics.shapes`. A test holds the two together.
 
 `MEASURES` are the expressions of a program for the up to three numbers m that its
 distance takes, and `REACH` the one for the radius around its center; both read the
@@ -13,12 +12,19 @@ import math
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from mpmworlds.sim.fields import Part, Points, Vec2, about, polygon_area
+from mpmworlds.sim.outlines import (
+    Corners,
+    Outline,
+    arc,
+    crosses_itself,
+    rectangle,
+    stadium,
+)
 
-Outline = list[npt.NDArray[np.float64]]
+SLENDER = 5.0  # largest ratio of the axes of an ellipse
 
 
 class Placed(Part):
@@ -77,8 +83,35 @@ class Box(Turned):
 
     def local_outline(self) -> Outline:
         """One rectangle."""
-        w, h = 0.5 * self.size[0], 0.5 * self.size[1]
-        return [np.array([[-w, -h], [w, -h], [w, h], [-w, h]])]
+        return [rectangle(self.size)]
+
+
+class RoundedBox(Turned):
+    """Rectangle with round corners."""
+
+    MEASURES = '*shape["size"], shape["corner_radius"]'
+    REACH = 'np.hypot(*shape["size"]) / 2'
+    DISTANCE = "sd_rounded_box(p, m.xy, m.z)"
+
+    type: Literal["rounded_box"] = about("neutral", "kind of shape")
+    size: Vec2 = about("neutral", "width and height", "m")
+    corner_radius: float = about("neutral", "radius of the corners", "m", gt=0.0)
+
+    @model_validator(mode="after")
+    def _sides(self) -> "RoundedBox":
+        if max(self.size) > 1.0 or 2.0 * self.corner_radius > min(self.size):
+            raise ValueError(
+                f"shape.size = {list(self.size)}, both must be <= 1 and >= "
+                f"2 x corner_radius = {2.0 * self.corner_radius:g}"
+            )
+        return self
+
+    def local_outline(self) -> Outline:
+        """One rectangle with an arc at each corner."""
+        r, quarter = self.corner_radius, 0.5 * np.pi
+        middles = rectangle((self.size[0] - 2 * r, self.size[1] - 2 * r))
+        arcs = [arc(r, (i - 2) * quarter, (i - 1) * quarter) for i in range(4)]
+        return [np.concatenate([m + a for m, a in zip(middles, arcs, strict=True)])]
 
 
 class Circle(Placed):
@@ -92,11 +125,107 @@ class Circle(Placed):
     radius: float = about("neutral", "radius", "m", gt=0.0, le=0.5)
 
     def local_outline(self) -> Outline:
-        """One regular 96-gon of the area of the disc."""
-        n = 96
-        angle = 2 * np.pi * np.arange(n) / n
-        radius = self.radius * math.sqrt(2 * np.pi / n / math.sin(2 * np.pi / n))
-        return [radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)]
+        """One regular polygon of the area of the disc."""
+        return [arc(self.radius, 0.0, 2 * np.pi)[:-1]]
+
+
+class Ellipse(Turned):
+    """Ellipse."""
+
+    MEASURES = '*shape["semi_axes"], 0'
+    REACH = 'max(shape["semi_axes"])'
+    DISTANCE = "sd_ellipse(p, m.xy)"
+
+    type: Literal["ellipse"] = about("neutral", "kind of shape")
+    semi_axes: Vec2 = about("neutral", "half of width and height", "m")
+
+    @model_validator(mode="after")
+    def _axes(self) -> "Ellipse":
+        if min(self.semi_axes) <= 0.0 or max(self.semi_axes) > 0.5:
+            raise ValueError(
+                f"shape.semi_axes = {list(self.semi_axes)}, both must be > 0 and <= 0.5"
+            )
+        if max(self.semi_axes) > SLENDER * min(self.semi_axes):
+            raise ValueError(
+                f"shape.semi_axes = {list(self.semi_axes)}, one must be <= "
+                f"{SLENDER:g} x the other; use a capsule for what is more slender"
+            )
+        return self
+
+    def local_outline(self) -> Outline:
+        """One polygon of the area of the ellipse."""
+        return [arc(1.0, 0.0, 2 * np.pi)[:-1] * self.semi_axes]
+
+
+class Capsule(Turned):
+    """Straight bar with round ends, along x."""
+
+    MEASURES = 'shape["length"], shape["radius"], 0'
+    REACH = 'shape["length"] / 2 + shape["radius"]'
+    DISTANCE = "sd_capsule(p, m.x, m.y)"
+
+    type: Literal["capsule"] = about("neutral", "kind of shape")
+    length: float = about("neutral", "between ends of the axis", "m", gt=0.0, le=1.0)
+    radius: float = about("neutral", "half of the width", "m", gt=0.0, le=0.5)
+
+    def local_outline(self) -> Outline:
+        """One stadium."""
+        return [stadium(-0.5 * self.length, 0.5 * self.length, self.radius)]
+
+
+class Ring(Turned):
+    """Ring with a gap around +y and round ends; closed if `opening_deg` is 0.
+
+    `radius` is that of its center line, on which the opening is measured, so that a
+    bowl has an opening of 180 degrees and ends that rise half a thickness above.
+    """
+
+    MEASURES = 'shape["radius"], shape["thickness"], shape["opening_deg"]'
+    REACH = 'shape["radius"] + shape["thickness"] / 2'
+    DISTANCE = "sd_ring(p, m.x, m.y, m.z)"
+
+    type: Literal["ring"] = about("neutral", "kind of shape")
+    radius: float = about("neutral", "radius of the center line", "m", gt=0.0, le=0.5)
+    thickness: float = about("neutral", "thickness of the wall", "m", gt=0.0, le=0.5)
+    opening_deg: float = about(
+        "neutral", "angle of the gap around +y", "deg", default=0.0, ge=0.0, le=330.0
+    )
+
+    @model_validator(mode="after")
+    def _hole(self) -> "Ring":
+        if self.thickness >= 2.0 * self.radius:
+            raise ValueError(
+                f"shape.thickness = {self.thickness:g}, must be < 2 x radius = "
+                f"{2.0 * self.radius:g}, or there is no hole; use a circle"
+            )
+        half = 0.5 * math.radians(min(self.opening_deg, 180.0))
+        if 0.0 < 2.0 * self.radius * math.sin(half) <= self.thickness:
+            raise ValueError(
+                f"shape.opening_deg = {self.opening_deg:g}, must leave a gap between "
+                "the round ends; widen it, or use 0 for a closed ring"
+            )
+        return self
+
+    def local_outline(self) -> Outline:
+        """Two halves if it is closed, or one arc."""
+        if self.opening_deg == 0.0:
+            return [self._wall(a, a + np.pi, capped=False) for a in (0.0, np.pi)]
+        half = 0.5 * math.radians(self.opening_deg)
+        return [self._wall(0.5 * np.pi + half, 2.5 * np.pi - half, capped=True)]
+
+    def _wall(self, start: float, stop: float, capped: bool) -> Corners:
+        """The wall from one angle to another [rad], with or without round ends."""
+        r = 0.5 * self.thickness
+        outer, inner = (arc(self.radius + s, start, stop) for s in (r, -r))
+        parts = [outer, inner[::-1]]
+        if capped:
+            caps = [
+                self.radius * np.array([math.cos(end), math.sin(end)])
+                + arc(r, end + turn, end + turn + np.pi)[1:-1]
+                for end, turn in ((stop, 0.0), (start, np.pi))
+            ]
+            parts = [outer, caps[0], inner[::-1], caps[1]]
+        return np.concatenate(parts)
 
 
 class Polygon(Turned):
@@ -113,7 +242,7 @@ class Polygon(Turned):
     def _simple(self) -> "Polygon":
         if any(abs(x) > 1.0 for vertex in self.vertices for x in vertex):
             raise ValueError("shape.vertices must lie within 1 m of the center")
-        if _crosses_itself(np.array(self.vertices)):
+        if crosses_itself(np.array(self.vertices)):
             raise ValueError("shape.vertices cross; list the corners in order")
         if polygon_area(self.vertices) < 1e-5:
             raise ValueError("shape.vertices enclose no area; move a vertex")
@@ -138,10 +267,7 @@ class FanBlades(Turned):
 
     def local_outline(self) -> Outline:
         """One capsule for each blade."""
-        r = 0.5 * self.thickness
-        angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 13)
-        tip = r * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        blade = np.concatenate([tip + [self.blade_length, 0.0], -tip])
+        blade = stadium(0.0, self.blade_length, 0.5 * self.thickness)
         turns = 2 * np.pi * np.arange(self.blade_count) / self.blade_count
         return [
             blade @ np.array([[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]])
@@ -149,29 +275,17 @@ class FanBlades(Turned):
         ]
 
 
-Shape = Annotated[Box | Circle | Polygon | FanBlades, Field(discriminator="type")]
+Shape = Annotated[
+    Box | Capsule | Circle | Ellipse | FanBlades | Polygon | Ring | RoundedBox,
+    Field(discriminator="type"),
+]
 SHAPES: dict[str, type[Placed]] = {
     "box": Box,
+    "capsule": Capsule,
     "circle": Circle,
+    "ellipse": Ellipse,
     "fan_blades": FanBlades,
     "polygon": Polygon,
+    "ring": Ring,
+    "rounded_box": RoundedBox,
 }
-
-
-def _crosses_itself(p: npt.NDArray[np.float64]) -> bool:
-    """Whether two edges of a closed polygon (n, 2) that are not neighbours meet."""
-
-    def side(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64], i: int) -> float:
-        ab, ac = b - a, p[i % len(p)] - a
-        return float(np.sign(ab[0] * ac[1] - ab[1] * ac[0]))
-
-    n = len(p)
-    for i in range(n):
-        for j in range(i + 2, n - (i == 0)):
-            a, b, c, d = p[i], p[(i + 1) % n], p[j], p[(j + 1) % n]
-            if (
-                side(a, b, j) != side(a, b, j + 1)
-                and side(c, d, i) != side(c, d, i + 1)
-            ):  # fmt: skip
-                return True
-    return False

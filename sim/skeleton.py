@@ -13,96 +13,149 @@ import sys
 import cv2
 import numpy as np
 import taichi as ti
-from taichi.math import cconj, cmul, ivec2, vec2, vec3, vec4
+from taichi.math import cconj, cmul, ivec3, vec2, vec3, vec4
 
 from mpmworlds.sim.physics.contact import touch
 from mpmworlds.sim.physics.deformation import advance, newtonian
 from mpmworlds.sim.physics.elastic import fixed_corotated, lame
+from mpmworlds.sim.physics.emission import jet
+from mpmworlds.sim.physics.hencky import settle_strain
 from mpmworlds.sim.physics.liquid import compress, settle
+from mpmworlds.sim.physics.mesh import corotated_force, triangle_strain
 from mpmworlds.sim.physics.motion import rotate
+from mpmworlds.sim.physics.rigid import cross, strike
+from mpmworlds.sim.physics.sand import cohesion, hencky_sand, soak
 from mpmworlds.sim.physics.shapes import sd_box, sd_fan, sd_polygon
 from mpmworlds.sim.physics.splines import bspline
+from mpmworlds.sim.physics.viscoelastic import hencky_maxwell
 
 # region scene
-SIMULATION = {
-    "grid_resolution": 64,
-    "time_step_dt": 0.0002,
-    "substeps_per_frame": 50,
-    "duration_frames": 60,
-    "particles_per_cell": 4,
-    "seed": 7,
-}
-ENVIRONMENT = {
-    "gravity": [0.0, -9.8],
-    "walls": {"contact": "separate", "friction": 0.0, "thickness_cells": 3},
-}
+SIMULATION = dict(
+    grid_resolution=64,
+    time_step_dt=0.0001,
+    substeps_per_frame=100,
+    duration_frames=60,
+    particles_per_cell=4,
+    seed=7,
+)
+ENVIRONMENT = dict(
+    gravity=[0.0, -9.8], walls=dict(contact="separate", friction=0.0, thickness_cells=3)
+)
 OBJECTS = [
-    {
-        "name": "object_0",
-        "object_type": "dynamic_body",
-        "shape": {
-            "type": "box",
-            "center": [0.5, 0.75],
-            "size": [0.3, 0.2],
-            "angle_deg": 20.0,
-        },
-        "physics_properties": {
-            "constitutive_model": "elastic",
-            "density": 1000.0,
-            "youngs_modulus": 800000.0,
-            "poissons_ratio": 0.3,
-            "damping": 0.0,
-        },
-        "initial_state": {"velocity": [0.0, 0.0], "angular_velocity": 0.0},
-        "visualization": {"color": "#F52D2C"},
-    },
-    {
-        "name": "object_1",
-        "object_type": "static_collider",
-        "shape": {
-            "type": "polygon",
-            "center": [0.3, 0.3],
-            "angle_deg": 0.0,
-            "vertices": [[-0.1, -0.06], [0.1, -0.06], [0.0, 0.08]],
-        },
-        "contact": {"type": "separate", "friction": 0.2, "skin_cells": 0.3},
-        "visualization": {"color": "#969696"},
-    },
-    {
-        "name": "object_2",
-        "object_type": "kinematic_collider",
-        "shape": {
-            "type": "fan_blades",
-            "center": [0.6, 0.3],
-            "blade_count": 4,
-            "blade_length": 0.15,
-            "thickness": 0.02,
-            "angle_deg": 0.0,
-        },
-        "kinematics": {"type": "rotate", "angular_velocity": 6.0},
-        "contact": {"type": "separate", "friction": 0.1, "skin_cells": 0.3},
-        "visualization": {"color": "#F5F42C"},
-    },
-    {
-        "name": "object_3",
-        "object_type": "emitter",
-        "shape": {
-            "type": "box",
-            "center": [0.2, 0.9],
-            "size": [0.05, 0.06],
-            "angle_deg": 0.0,
-        },
-        "physics_properties": {
-            "constitutive_model": "liquid",
-            "density": 1000.0,
-            "bulk_modulus": 1000000.0,
-            "viscosity": 0.1,
-        },
-        "emission": {"rate": 900.0, "velocity": [1.0, 0.0], "start": 0.0, "stop": 0.5},
-        "visualization": {"color": "#2C2DF5"},
-    },
+    dict(
+        name="object_0",
+        object_type="dynamic_body",
+        shape=dict(type="box", center=[0.25, 0.85], angle_deg=20.0, size=[0.12, 0.1]),
+        physics_properties=dict(
+            constitutive_model="elastic",
+            density=1000.0,
+            youngs_modulus=400000.0,
+            poissons_ratio=0.3,
+            damping=0.0,
+        ),
+        initial_state=dict(velocity=[0.0, 0.0], angular_velocity=0.0),
+        visualization=dict(color="#F52D2C"),
+    ),
+    dict(
+        name="object_1",
+        object_type="dynamic_body",
+        shape=dict(type="box", center=[0.5, 0.85], angle_deg=0.0, size=[0.12, 0.1]),
+        physics_properties=dict(
+            constitutive_model="elastic_fem",
+            density=1000.0,
+            youngs_modulus=200000.0,
+            poissons_ratio=0.3,
+            damping=0.0,
+        ),
+        initial_state=dict(velocity=[0.0, 0.0], angular_velocity=0.0),
+        visualization=dict(color="#F52D2C"),
+    ),
+    dict(
+        name="object_2",
+        object_type="dynamic_body",
+        shape=dict(type="box", center=[0.2, 0.12], angle_deg=0.0, size=[0.2, 0.12]),
+        physics_properties=dict(
+            constitutive_model="wet_sand",
+            density=1600.0,
+            youngs_modulus=800000.0,
+            poissons_ratio=0.25,
+            friction_angle_deg=35.0,
+            cohesion=2000.0,
+            saturation=0.3,
+        ),
+        initial_state=dict(velocity=[0.0, 0.0], angular_velocity=0.0),
+        visualization=dict(color="#F5F42C"),
+    ),
+    dict(
+        name="object_3",
+        object_type="dynamic_body",
+        shape=dict(type="box", center=[0.8, 0.8], angle_deg=0.0, size=[0.1, 0.1]),
+        physics_properties=dict(
+            constitutive_model="viscoelastic",
+            density=1000.0,
+            youngs_modulus=400000.0,
+            poissons_ratio=0.3,
+            relaxation_time=0.1,
+        ),
+        initial_state=dict(velocity=[0.0, 0.0], angular_velocity=0.0),
+        visualization=dict(color="#F52CF4"),
+    ),
+    dict(
+        name="object_4",
+        object_type="dynamic_body",
+        shape=dict(type="box", center=[0.4, 0.5], angle_deg=0.0, size=[0.1, 0.06]),
+        physics_properties=dict(
+            constitutive_model="rigid",
+            density=800.0,
+            restitution=0.2,
+            friction=0.3,
+            skin_cells=0.3,
+        ),
+        initial_state=dict(velocity=[0.0, 0.0], angular_velocity=0.0),
+        visualization=dict(color="#969696"),
+    ),
+    dict(
+        name="object_5",
+        object_type="static_collider",
+        shape=dict(
+            type="polygon",
+            center=[0.4, 0.3],
+            angle_deg=0.0,
+            vertices=[[-0.1, -0.06], [0.1, -0.06], [0.0, 0.08]],
+        ),
+        contact=dict(type="separate", friction=0.2, skin_cells=0.3),
+        visualization=dict(color="#969696"),
+    ),
+    dict(
+        name="object_6",
+        object_type="kinematic_collider",
+        shape=dict(
+            type="fan_blades",
+            center=[0.75, 0.3],
+            angle_deg=0.0,
+            blade_count=4,
+            blade_length=0.15,
+            thickness=0.03,
+        ),
+        kinematics=dict(type="rotate", angular_velocity=6.0, start=0.0, stop=100.0),
+        contact=dict(type="separate", friction=0.0, skin_cells=0.3),
+        visualization=dict(color="#969696"),
+    ),
+    dict(
+        name="object_7",
+        object_type="emitter",
+        shape=dict(type="box", center=[0.1, 0.6], angle_deg=0.0, size=[0.05, 0.06]),
+        physics_properties=dict(
+            constitutive_model="liquid",
+            density=1000.0,
+            bulk_modulus=400000.0,
+            viscosity=0.1,
+        ),
+        emission=dict(type="jet", rate=900.0, velocity=[1.0, 0.0], start=0.0, stop=0.5),
+        visualization=dict(color="#2C2DF5"),
+    ),
 ]
-OUTPUT = {"resolution": 256, "framerate": 30}
+OUTPUT = dict(resolution=256, framerate=30)
 # endregion
 
 DT = SIMULATION["time_step_dt"]
@@ -110,11 +163,14 @@ N_GRID = SIMULATION["grid_resolution"]
 DX = 1.0 / N_GRID
 SPACING = DX / SIMULATION["particles_per_cell"] ** 0.5  # of particles at rest
 AREA = SPACING**2  # of a particle at rest: its volume per unit thickness
+GRAVITY = ENVIRONMENT["gravity"]
 WALLS = ENVIRONMENT["walls"]
+EDGE = DX * WALLS["thickness_cells"]
 LAWS = {"sticky": 0, "slip": 1, "separate": 2}
 PIXELS = OUTPUT["resolution"]
-BLOB = 1.85 * SPACING  # radius of the metaball that a particle is drawn as
-SOLID = 0.9  # sum of metaballs from which a pixel is covered
+BLOB = 2.3 * SPACING  # radius of the metaball that a particle is drawn as
+CORE = 0.06  # part of the area of a metaball that is covered in any case
+SOLID = 0.4 * np.pi * 2.3**2 / 3  # sum that covers: 0.4 of the mean inside matter
 
 ti.init(
     arch=ti.cpu,
@@ -124,36 +180,64 @@ ti.init(
     log_level=ti.WARN,
 )
 SERIAL = ti.cfg.arch in (ti.x64, ti.arm64)  # on a GPU the same loops run in parallel
+ARRAY = ti.types.ndarray()
+
+N_OBJECTS = len(OBJECTS)
+SHAPES = [o["shape"] for o in OBJECTS]
+HOME = [[*s["center"], np.radians(s.get("angle_deg", 0.0))] for s in SHAPES]
+MATTER = [o.get("physics_properties", {}) for o in OBJECTS]
+MODEL = [m.get("constitutive_model") for m in MATTER]
+GRAINS = [k for k in range(N_OBJECTS) if MODEL[k] not in (None, "rigid")]
+# region if body
+BODIES = [k for k in GRAINS if OBJECTS[k]["object_type"] == "dynamic_body"]
+# endregion
+# region if emitter
+EMITTERS = [k for k in GRAINS if OBJECTS[k]["object_type"] == "emitter"]
+# endregion
+# region if collider
+COLLIDERS = [k for k in range(N_OBJECTS) if k not in GRAINS]
+# endregion
 
 
-def of_type(object_type):
-    """Indices of the objects of a type."""
-    return [k for k, o in enumerate(OBJECTS) if o["object_type"] == object_type]
+# region if liquid
+LIQUIDS = [k for k in GRAINS if MODEL[k] == "liquid"]
+# endregion
+
+
+# region if paste
+PASTES = [k for k in GRAINS if MODEL[k] in ("viscoplastic", "viscoelastic")]
+# endregion
+# region if soak
+SPONGES = [k for k in GRAINS if MODEL[k] == "wet_sand"]
+# endregion
 
 
 # region physics
 # endregion
 
 
-N_OBJECTS = len(OBJECTS)
-MATTER = [o.get("physics_properties", {}) for o in OBJECTS]
-# region if liquid
-LIQUIDS = [k for k, m in enumerate(MATTER) if m.get("constitutive_model") == "liquid"]
-# endregion
-SHAPES = [o["shape"] for o in OBJECTS]
-HOME = [[*s["center"], np.radians(s.get("angle_deg", 0.0))] for s in SHAPES]
 # region if solid
-pose = ti.Vector.field(4, ti.f32, N_OBJECTS)  # center x, y [m]; cos, sin of angle
+pose = ti.Vector.field(4, ti.f32, N_OBJECTS + 1)  # center x, y [m]; cos, sin of angle
 kind = ti.field(ti.i32, N_OBJECTS)  # of shape, index in KINDS
 measure = ti.Vector.field(4, ti.f32, N_OBJECTS)  # of the shape; radius around it [m]
 # region if polygon
-POLYGONS = [k for k, shape in enumerate(SHAPES) if shape["type"] == "polygon"]
-corners = ti.Vector.field(2, ti.f32, (N_OBJECTS, 16))  # of polygons [m]
+corners = ti.Vector.field(2, ti.f32, (N_OBJECTS, 24))  # of polygons [m]
+# endregion
+# endregion
+# region if collider
+N_COLLIDERS = len(COLLIDERS)
+collider = ti.field(ti.i32, N_COLLIDERS)  # index of the object
+contact = ti.Vector.field(3, ti.f32, N_OBJECTS)  # law; friction; skin [m]
+twist = ti.Vector.field(
+    4, ti.f32, N_OBJECTS + 1
+)  # velocity x, y [m/s]; spin; belt [m/s]
+room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to the nearest collider [m]
 # endregion
 
 
+# region if solid
 # region shapes
-KINDS = {"box": 0, "fan_blades": 1, "polygon": 2}
+KINDS = dict(box=0, fan_blades=1, polygon=2)
 
 
 def measures(shape):
@@ -183,142 +267,310 @@ def distance(k, p):
 
 
 # endregion
-MEASURES = [measures(shape) for shape in SHAPES]
 
 
 @ti.func
 def surface(k, p):
-    """Signed distance [m] of p from object k, a bound from afar, and outward normal."""
-    arm, turn = p - pose[k].xy, pose[k].zw
-    s = vec3(arm.norm() - measure[k].w, arm)
-    if s.x < DX:
+    """Signed distance [m] of p from object k, 1 m from afar, and outward normal."""
+    s, arm, turn = vec3(1.0, 0.0, 0.0), p - pose[k].xy, pose[k].zw
+    if arm.norm_sqr() < (measure[k].w + 2.0 * DX) ** 2:
         s = distance(k, cmul(arm, cconj(turn)))
         s = vec3(s.x, cmul(turn, s.yz))
     return s
 
 
+@ti.kernel
+def set_up(home: ARRAY, kinds: ARRAY, sizes: ARRAY, vertices: ARRAY, touching: ARRAY):
+    """Enter place and shape of every object, and the contact of colliders."""
+    for k in range(N_OBJECTS):
+        pose[k] = vec4(home[k, 0], home[k, 1], ti.cos(home[k, 2]), ti.sin(home[k, 2]))
+        measure[k] = vec4(sizes[k, 0], sizes[k, 1], sizes[k, 2], sizes[k, 3])
+        kind[k] = kinds[k]
+        # region if polygon
+        for i in range(vertices.shape[1]):
+            corners[k, i] = vec2(vertices[k, i, 0], vertices[k, i, 1])
+        # endregion
+    # region if collider
+    for n in range(N_COLLIDERS):
+        k = int(touching[n, 0])
+        collider[n], twist[k] = k, vec4(0.0)
+        contact[n] = vec3(touching[n, 1], touching[n, 2], touching[n, 3])
+    # endregion
+
+
+VERTICES, TOUCHING = np.zeros((N_OBJECTS, 24, 2), np.float32), np.zeros((1, 4))
+# region if polygon
+for k in range(N_OBJECTS):
+    rows = SHAPES[k].get("vertices", [])
+    VERTICES[k, : len(rows)] = np.reshape(rows, (-1, 2))
 # endregion
 # region if collider
-COLLIDERS = of_type("static_collider") + of_type("kinematic_collider")
-N_COLLIDERS = len(COLLIDERS)
-TOUCH = [OBJECTS[k]["contact"] for k in COLLIDERS]
-CONTACTS = [[LAWS[c["type"]], c["friction"], DX * c["skin_cells"]] for c in TOUCH]
-collider = ti.field(ti.i32, N_COLLIDERS)  # index of the object
-contact = ti.Vector.field(3, ti.f32, N_OBJECTS)  # law; friction; skin [m]
-twist = ti.Vector.field(4, ti.f32, N_OBJECTS)  # velocity x, y [m/s]; spin; belt [m/s]
-room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to the nearest collider [m]
+TOUCH = [OBJECTS[k].get("contact", {"type": "separate"} | MATTER[k]) for k in COLLIDERS]
+TOUCHING = [[LAWS[c["type"]], c["friction"], DX * c["skin_cells"]] for c in TOUCH]
+TOUCHING = np.column_stack([COLLIDERS, TOUCHING])
+# endregion
+SIZES, SORTS = map(measures, SHAPES), [KINDS[shape["type"]] for shape in SHAPES]
+TABLES = np.float32(HOME), np.int32(SORTS), np.float32([*SIZES]), VERTICES
+TABLES = *TABLES, np.float32(TOUCHING)
+set_up(*TABLES)
+
+
+# endregion
+# region if lattice
+@ti.kernel
+def probe(k: int, points: ARRAY, found: ARRAY):
+    """Signed distance [m] of points from object k, and its normals."""
+    ti.loop_config(serialize=SERIAL)
+    for p in range(points.shape[0]):
+        s = surface(k, vec2(points[p, 0], points[p, 1]))
+        found[p, 0], found[p, 1], found[p, 2] = s.x, s.y, s.z
+
+
+def lattice(k, shake):
+    """Points [m] of a lattice shaken by parts of it, their distances and normals."""
+    rng = np.random.Generator(np.random.Philox(SIMULATION["seed"]))
+    cells = np.argwhere(np.ones((round(1 / SPACING), round(1 / SPACING))))
+    points = SPACING * (cells + 0.5 + shake * (rng.random(cells.shape) - 0.5))
+    found = np.empty((len(points), 3), np.float32)
+    probe(k, points.astype(np.float32), found)
+    return points, found[:, 0], found[:, 1:]
+
+
+# endregion
+none, nowhere = np.zeros(0), np.zeros((0, 2))
+GROUPS = [(none, none, nowhere, nowhere, none)]  # object, birth, place, velocity, spin
+# region if body
+for k in BODIES:
+    points, depth, _ = lattice(k, 0.0 if MODEL[k] == "elastic_fem" else 0.5)
+    place, state = points[depth < 0.0], OBJECTS[k]["initial_state"]
+    spin, none = state["angular_velocity"], np.zeros(len(place))
+    arm = (place - HOME[k][:2])[:, ::-1] * [-1, 1]  # turned by 90 degrees
+    GROUPS.append((k + none, none, place, state["velocity"] + spin * arm, spin + none))
+# endregion
+# region if emitter
+# region emission
+EMIT = dict(jet=jet)
+# endregion
+for k in EMITTERS:
+    emission = OBJECTS[k]["emission"]
+    along = np.array(emission["velocity"]) / np.hypot(*emission["velocity"])
+    sides = HOME[k][2] + np.array([0.0, np.pi / 2])
+    width = abs(np.sin(sides) * along[0] - np.cos(sides) * along[1])
+    width = width @ SHAPES[k]["size"]
+    time, place, speed = EMIT[emission["type"]](emission, width, SPACING)
+    birth, none = np.ceil(time / DT), np.zeros(len(time))
+    place = HOME[k][:2] + place + speed * (birth * DT - time)[:, None]
+    GROUPS.append((k + none, birth, place, speed, none))
+# endregion
+OWNER, BIRTH, PLACE, SPEED, SPIN = map(np.concatenate, zip(*GROUPS, strict=True))
+ORDER = np.argsort(BIRTH, kind="stable")  # so that the living come first
+OWNER, BIRTH = OWNER[ORDER].astype(np.int32), BIRTH[ORDER].astype(np.int32)
+START = np.column_stack([PLACE, SPEED, SPIN])[ORDER].astype(np.float32)
+N_PARTICLES = len(ORDER)
+
+x, v, c, d, a, b = (ti.Vector.field(2, ti.f32) for _ in range(6))
+q, owner = ti.field(ti.f32), ti.field(ti.i32)  # state, 1 at rest; object
+ti.root.dense(ti.i, max(N_PARTICLES, 1)).place(x, v, c, d, a, b, q, owner)
+grid = ti.Vector.field(4, ti.f32, (N_GRID, N_GRID))  # momentum or velocity; mass; -
+birth = ti.field(ti.i32, max(N_PARTICLES, 1))  # substep
+clock, alive = ti.field(ti.i32, ()), ti.field(ti.i32, ())  # substeps; particles
+# region if wet
+saturation = ti.field(ti.f32, N_PARTICLES)  # part of the pores that water fills
+WETNESS = np.float32([m.get("saturation", 0.0) for m in MATTER])[OWNER]
+# endregion
+# region if soak
+water = ti.field(ti.f32, (N_GRID, N_GRID))  # volume of liquid at rest
 # endregion
 
 
+@ti.func
+def count_living():
+    """Let those particles live whose birth has come."""
+    while alive[None] < N_PARTICLES and birth[alive[None]] <= clock[None]:
+        alive[None] += 1
+
+
+@ti.kernel
+def give_birth(start: ARRAY, births: ARRAY, owners: ARRAY):
+    """Put every particle where it will be born, without strain."""
+    clock[None], alive[None] = 0, 0
+    for p in range(N_PARTICLES):
+        x[p], v[p] = vec2(start[p, 0], start[p, 1]), vec2(start[p, 2], start[p, 3])
+        c[p], d[p] = vec2(0.0, start[p, 4]), vec2(0.0)
+        a[p], b[p], q[p] = vec2(1.0, 0.0), vec2(0.0), 1.0
+        birth[p], owner[p] = births[p], owners[p]
+    count_living()
+
+
+# region if collider
+@ti.func
+def velocity(k, p, n):
+    """Velocity [m/s] of the surface of collider k at p, where its normal is n."""
+    arm, belt = p - pose[k].xy, twist[k].w * vec2(n.y, -n.x)
+    return twist[k].xy + cmul(vec2(0.0, twist[k].z), arm) + belt
+
+
+# endregion
 # region if moving
+MOVING = [k for k in COLLIDERS if OBJECTS[k]["object_type"] == "kinematic_collider"]
+
+
 # region motion
 @ti.func
 def move(k: ti.template(), motion: ti.template(), t):
     """Put collider k where its motion has it at time t [s]."""
-    moved, rate = rotate(t, motion["angular_velocity"])
+    moved, rate = rotate(t, motion)
     now, twist[k] = vec3(HOME[k]) + moved, rate
     pose[k] = vec4(now.xy, ti.cos(now.z), ti.sin(now.z))
 
 
 # endregion
 # endregion
-# region if solid
+# region if rigid
+RIGID = [k for k in COLLIDERS if MODEL[k] == "rigid"]
+WORLD = N_OBJECTS  # stands for the walls, which nothing moves
+ease = ti.Vector.field(3, ti.f32, N_OBJECTS + 1)  # 1 / mass, 1 / inertia; restitution
+kick = ti.Vector.field(3, ti.f32, N_OBJECTS)  # impulse of particles, and its moment
+
+
+def weigh():
+    """Of each rigid body: number, 1 / mass, 1 / inertia; points on its rim [m]."""
+    for k in RIGID:
+        points, depth, normal = lattice(k, 0.0)
+        arms = (points - HOME[k][:2]) @ [1, 1j] * np.exp(-1j * HOME[k][2])
+        normal = normal @ [1, 1j] * np.exp(-1j * HOME[k][2])
+        moments = [(abs(arms[depth < 0.0]) ** n).sum() for n in (0, 2)]
+        eases = 1.0 / (AREA * MATTER[k]["density"] * np.array(moments))
+        yield k, eases, (arms - depth * normal)[abs(depth) < 0.5 * SPACING]
+
+
+WEIGHED = [*weigh()]
+RIM = [[k, z.real, z.imag] for k, _, points in WEIGHED for z in points]
+rim = ti.Vector.field(3, ti.f32, len(RIM))  # object; a point in its frame [m]
+
+
 @ti.kernel
-def set_up():
-    """Enter shape, place and contact of every object."""
-    for k in ti.static(range(N_OBJECTS)):
-        kind[k], measure[k] = KINDS[SHAPES[k]["type"]], vec4(MEASURES[k])
-        pose[k] = vec4(HOME[k][0], HOME[k][1], ti.cos(HOME[k][2]), ti.sin(HOME[k][2]))
-    # region if polygon
-    for k in ti.static(POLYGONS):
-        for i in ti.static(range(len(SHAPES[k]["vertices"]))):
-            corners[k, i] = vec2(SHAPES[k]["vertices"][i])
-    # endregion
-    # region if collider
-    for n in ti.static(range(N_COLLIDERS)):
-        collider[n], contact[COLLIDERS[n]] = COLLIDERS[n], vec3(CONTACTS[n])
-    # endregion
+def launch(states: ARRAY, rims: ARRAY):
+    """Enter mass, restitution, motion and rim of rigid bodies."""
+    ease.fill(0.0)
+    for n in range(states.shape[0]):
+        k = int(states[n, 0])
+        ease[k], kick[k] = vec3(states[n, 1], states[n, 2], states[n, 3]), vec3(0.0)
+        twist[k] = vec4(states[n, 4], states[n, 5], states[n, 6], 0.0)
+    for i in range(rims.shape[0]):
+        rim[i] = vec3(rims[i, 0], rims[i, 1], rims[i, 2])
+
+
+LAUNCH = []
+for k, eases, _ in WEIGHED:
+    state, bounce = OBJECTS[k]["initial_state"], MATTER[k]["restitution"]
+    LAUNCH.append([k, *eases, bounce, *state["velocity"], state["angular_velocity"]])
+LAUNCH = np.float32(LAUNCH), np.float32(RIM)
+
+
+@ti.func
+def push(k, p, impulse):
+    """Give body k an impulse [kg m/s] at p."""
+    twist[k].xy += ease[k].x * impulse
+    twist[k].z += ease[k].y * cross(p - pose[k].xy, impulse)
+
+
+@ti.func
+def meet(k, j, p, s, friction):
+    """Keep body k at p out of object j, with signed distance and normal s there."""
+    r, arm, n = p - pose[k].xy, p - pose[j].xy, s.yz
+    u = velocity(k, p, n) - velocity(j, p, n)
+    w = vec4(ease[k].xy, ease[j].xy)
+    impulse = strike(u, n, r, arm, w, ease[k].z, friction)
+    push(k, p, impulse)
+    push(j, p, -impulse)
+    pose[k].xy -= 0.02 * s.x * w.x / (w.x + w.z) * n  # in 50 substeps
+    pose[j].xy += 0.02 * s.x * w.z / (w.x + w.z) * n
+
+
+@ti.kernel
+def move_rigid():
+    """Move rigid bodies by gravity, by what hit them, and by contacts of their rims."""
+    ti.loop_config(serialize=True)
+    for k in range(N_OBJECTS):
+        if ease[k].x > 0.0:
+            twist[k].xy += ease[k].x * kick[k].xy + DT * vec2(GRAVITY)
+            twist[k].z += ease[k].y * kick[k].z
+            kick[k] = vec3(0.0)
+    ti.loop_config(serialize=True)
+    for i in range(rim.shape[0]):
+        k = int(rim[i].x)
+        p = pose[k].xy + cmul(pose[k].zw, rim[i].yz)
+        for axis in ti.static(range(2)):
+            edge = ti.min(p[axis], 1.0 - p[axis]) - EDGE
+            if edge < 0.0:
+                n = ti.select(p[axis] < 0.5, 1.0, -1.0) * vec2(1 - axis, axis)
+                meet(k, WORLD, p, vec3(edge, n), WALLS["friction"])
+        for n in range(N_COLLIDERS):
+            j = collider[n]
+            if j != k:
+                s = surface(j, p)
+                if s.x < 0.0:
+                    meet(k, j, p, s, contact[n].y)
+    ti.loop_config(serialize=True)
+    for k in range(N_OBJECTS):
+        if ease[k].x > 0.0:
+            angle = DT * twist[k].z
+            turn = cmul(pose[k].zw, vec2(ti.cos(angle), ti.sin(angle)))
+            pose[k] = vec4(pose[k].xy + DT * twist[k].xy, turn.normalized())
 
 
 # endregion
-# region if body
+# region if mesh
+MESHES = [k for k in GRAINS if MODEL[k] == "elastic_fem"]
+
+
+def triangulate(k):
+    """Triangles between the particles of body k, each three indices, anticlockwise."""
+    mine = np.flatnonzero(np.equal(OWNER, k))
+    number = np.full((N_GRID * 4, N_GRID * 4), -1)
+    number[tuple(np.rint(START[mine, :2].T / SPACING - 0.5).astype(int))] = mine
+    square = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    square = np.stack(square).reshape(4, -1)
+    square = square[:, (square >= 0).sum(axis=0) >= 3]
+    last = np.where(square.min(axis=0) < 0, square.argmin(axis=0), square[0] % 2)
+    square = np.take_along_axis(square, (np.arange(4)[:, None] + last + 1) % 4, 0)
+    return np.concatenate([square[:3], square[[2, 3, 0]][:, square[3] >= 0]], axis=1).T
+
+
+TRIANGLES = np.concatenate([triangulate(k) for k in MESHES]).astype(np.int32)
+triangle = ti.Vector.field(3, ti.i32, len(TRIANGLES))
+edges = ti.Vector.field(4, ti.f32, len(TRIANGLES))  # two from the first corner, at rest
+
+
 @ti.kernel
-def mark_inside(k: int, points: ti.types.ndarray(), inside: ti.types.ndarray()):
-    """Whether each point is inside object k."""
+def weave(triangles: ARRAY):
+    """Enter the triangles and their edges at rest."""
+    for n in range(triangles.shape[0]):
+        i, j, k = triangles[n, 0], triangles[n, 1], triangles[n, 2]
+        triangle[n], edges[n] = ivec3(i, j, k), vec4(x[j] - x[i], x[k] - x[i])
+
+
+@ti.kernel
+def pull():
+    """Accelerate the corners of triangles by their elastic forces."""
     ti.loop_config(serialize=SERIAL)
-    for p in range(points.shape[0]):
-        inside[p] = surface(k, vec2(points[p, 0], points[p, 1])).x < 0.0
-
-
-def fill_bodies():
-    """Particles on a jittered lattice: object, birth step, position, velocity."""
-    rng = np.random.Generator(np.random.Philox(SIMULATION["seed"]))
-    cells = np.argwhere(np.ones((round(1 / SPACING), round(1 / SPACING))))
-    points = SPACING * (cells + 0.25 + 0.5 * rng.random(cells.shape))
-    inside = np.empty(len(points), np.int32)
-    for k in of_type("dynamic_body"):
-        mark_inside(k, points.astype(np.float32), inside)
-        place, state = points[inside > 0], OBJECTS[k]["initial_state"]
-        arm = (place - HOME[k][:2])[:, ::-1] * [-1, 1]  # turned by 90 degrees
-        velocity = state["velocity"] + state["angular_velocity"] * arm
-        yield np.full(len(place), k), np.zeros(len(place), int), place, velocity
+    for n in range(triangle.shape[0]):
+        i, j, l = triangle[n]
+        for k in ti.static(MESHES):
+            if owner[i] == k:
+                one, two = edges[n].xy, edges[n].zw
+                mu, lam = lame(MATTER[k]["youngs_modulus"], MATTER[k]["poissons_ratio"])
+                A, B = triangle_strain(x[j] - x[i], x[l] - x[i], one, two, 0.5 * AREA)
+                gain = DT / (AREA * MATTER[k]["density"])
+                at_j = gain * corotated_force(A, B, -two, mu, lam)
+                at_l = gain * corotated_force(A, B, one, mu, lam)
+                v[j] += at_j
+                v[l] += at_l
+                v[i] -= at_j + at_l
 
 
 # endregion
-# region if emitter
-def fill_jets():
-    """Particles on a Kronecker lattice of time of birth and place across the nozzle."""
-    for k in of_type("emitter"):
-        jet = OBJECTS[k]["emission"]
-        n = np.arange(round(jet["rate"] * (jet["stop"] - jet["start"])))
-        time = jet["start"] + (n + 0.5) / jet["rate"]
-        birth, velocity = np.ceil(time / DT), np.array(jet["velocity"])
-        across = velocity[::-1] * [-1, 1] / np.hypot(*velocity)
-        sides = HOME[k][2] + np.array([0.0, np.pi / 2])
-        extent = abs(np.cos(sides) * across[0] + np.sin(sides) * across[1])
-        place = (n * (5**0.5 - 1) / 2 % 1 - 0.5) * (extent @ SHAPES[k]["size"])
-        points = np.outer(place, across) + np.outer(birth * DT - time, velocity)
-        yield np.full(len(n), k), birth, HOME[k][:2] + points, velocity + 0 * points
-
-
-# endregion
-# region if solid
-set_up()
-# endregion
-GROUPS = []
-# region if body
-GROUPS += fill_bodies()
-# endregion
-# region if emitter
-GROUPS += fill_jets()
-# endregion
-OWNER, BIRTH, PLACE, SPEED = map(np.concatenate, zip(*GROUPS, strict=True))
-ORDER = np.argsort(BIRTH, kind="stable")  # so that the living come first
-OWNER, BIRTH = OWNER[ORDER].astype(np.int32), BIRTH[ORDER]
-PLACE, SPEED = PLACE[ORDER].astype(np.float32), SPEED[ORDER].astype(np.float32)
-
-x, v, c, d, a, b = (ti.Vector.field(2, ti.f32) for _ in range(6))
-q, owner = ti.field(ti.f32), ti.field(ti.i32)  # state of the material; object
-ti.root.dense(ti.i, len(ORDER)).place(x, v, c, d, a, b, q, owner)
-grid = ti.Vector.field(3, ti.f32, (N_GRID, N_GRID))  # momentum or velocity; mass
-
-
-@ti.kernel
-def give_birth(
-    place: ti.types.ndarray(), speed: ti.types.ndarray(), owners: ti.types.ndarray()
-):
-    """Put every particle where it will be born, without strain."""
-    for p in range(place.shape[0]):
-        x[p], v[p] = vec2(place[p, 0], place[p, 1]), vec2(speed[p, 0], speed[p, 1])
-        a[p], b[p], c[p], d[p] = vec2(1.0, 0.0), vec2(0.0), vec2(0.0), vec2(0.0)
-        q[p], owner[p] = 1.0, owners[p]
-        # region if body
-        for k in ti.static(of_type("dynamic_body")):
-            if owners[p] == k:
-                c[p].y = OBJECTS[k]["initial_state"]["angular_velocity"]
-        # endregion
-
-
 # region materials
 @ti.func
 def stress(p, m: ti.template()):
@@ -329,9 +581,22 @@ def stress(p, m: ti.template()):
         a[p], b[p] = advance(a[p], b[p], c[p], d[p], DT)
         t, z = fixed_corotated(a[p], b[p], mu, lam)
         t, z = newtonian(t, z, m["damping"], c[p], d[p])
+    elif ti.static(m["constitutive_model"] == "elastic_fem"):
+        t, z = newtonian(t, z, m["damping"], c[p], d[p])
     elif ti.static(m["constitutive_model"] == "liquid"):
         q[p], t = compress(q[p], c[p], DT, m["bulk_modulus"])
         t, z = newtonian(t, z, m["viscosity"], c[p], d[p])
+    elif ti.static(m["constitutive_model"] == "viscoelastic"):
+        mu, lam = lame(m["youngs_modulus"], m["poissons_ratio"])
+        a[p], b[p] = advance(a[p], b[p], c[p], d[p], DT)
+        time = m["relaxation_time"]
+        a[p], b[p], q[p], t, z = hencky_maxwell(a[p], b[p], q[p], DT, mu, lam, time)
+    elif ti.static(m["constitutive_model"] == "wet_sand"):
+        mu, lam = lame(m["youngs_modulus"], m["poissons_ratio"])
+        phi = ti.math.radians(m["friction_angle_deg"])
+        bond = cohesion(saturation[p], m["cohesion"])
+        a[p], b[p] = advance(a[p], b[p], c[p], d[p], DT)
+        a[p], b[p], q[p], t, z = hencky_sand(a[p], b[p], q[p], mu, lam, phi, bond)
     return t, z
 
 
@@ -339,83 +604,124 @@ def stress(p, m: ti.template()):
 
 
 @ti.kernel
-def particles_to_grid(alive: int):
+def particles_to_grid():
     """Scatter mass, momentum and the impulse of stress."""
+    count_living()
     ti.loop_config(serialize=SERIAL)
     for i, j in ti.ndrange(N_GRID, N_GRID):
-        grid[i, j] = vec3(0.0)
+        grid[i, j] = vec4(0.0)
+        # region if soak
+        water[i, j] = 0.0
+        # endregion
     ti.loop_config(serialize=SERIAL)
-    for p in range(alive):
+    for p in range(alive[None]):
         m, t, z = 0.0, 0.0, vec2(0.0)
-        for k in ti.static(of_type("dynamic_body") + of_type("emitter")):
+        for k in ti.static(GRAINS):
             if owner[p] == k:
                 m = AREA * MATTER[k]["density"]
                 t, z = stress(p, MATTER[k])
-        impulse = -4.0 * DT * AREA / DX**2
-        ma, mb = m * c[p] + vec2(impulse * t, 0.0), m * d[p] + impulse * z
-        base = ti.floor(x[p] / DX - 0.5, ti.i32)
-        f = x[p] / DX - base
+        impulse = -4.0 * DT * AREA / DX
+        ma, mb = m * DX * c[p] + vec2(impulse * t, 0.0), m * DX * d[p] + impulse * z
+        right, up = (
+            vec4(ma + mb, 0.0, 0.0),
+            vec4(cmul(vec2(0.0, 1.0), ma - mb), 0.0, 0.0),
+        )
+        base = ti.floor(N_GRID * x[p] - 0.5, ti.i32)
+        f = N_GRID * x[p] - base
         w = bspline(f)
-        for i, j in ti.static(ti.ndrange(3, 3)):
-            r = (vec2(i, j) - f) * DX
-            momentum = m * v[p] + cmul(ma, r) + cmul(mb, cconj(r))
-            grid[base + ivec2(i, j)] += w[i].x * w[j].y * vec3(momentum, m)
+        row = vec4(m * v[p], m, 0.0) - f.x * right - f.y * up  # at the first node
+        for i in ti.static(range(3)):
+            node = w[i].x * row
+            for j in ti.static(range(3)):
+                grid[base.x + i, base.y + j] += w[j].y * node
+                node += w[i].x * up
+            row += right
+        # region if soak
+        for k in ti.static(LIQUIDS):
+            if owner[p] == k:
+                for i, j in ti.static(ti.ndrange(3, 3)):
+                    water[base.x + i, base.y + j] += w[i].x * w[j].y * AREA
+        # endregion
 
 
 @ti.kernel
-def update_grid(t: float):
-    """Turn momentum into velocity at time t, with gravity and contact."""
+def update_grid():
+    """Turn momentum into velocity a step later, with gravity and contact."""
+    clock[None] += 1
     # region if moving
-    for k in ti.static(of_type("kinematic_collider")):
-        move(k, OBJECTS[k]["kinematics"], t)
+    for k in ti.static(MOVING):
+        move(k, OBJECTS[k]["kinematics"], clock[None] * DT)
     # endregion
     ti.loop_config(serialize=SERIAL)
     for i, j in ti.ndrange(N_GRID, N_GRID):
-        if grid[i, j].z > 0.0:
-            g = grid[i, j].xy / grid[i, j].z + DT * vec2(ENVIRONMENT["gravity"])
+        m, node = grid[i, j].z, DX * vec2(i, j)
+        if m > 0.0:
+            g = grid[i, j].xy / m + DT * vec2(GRAVITY)
             # region if collider
             room[i, j] = 1.0
             for n in range(N_COLLIDERS):
-                k, node = collider[n], DX * vec2(i, j)
+                k = collider[n]
                 s = surface(k, node)
                 room[i, j] = ti.min(room[i, j], s.x)
-                if s.x < contact[k].z:
-                    arm, belt = node - pose[k].xy, twist[k].w * vec2(s.z, -s.y)
-                    rigid = twist[k].xy + cmul(vec2(0.0, twist[k].z), arm) + belt
-                    g = touch(g, rigid, s.yz, contact[k].x, contact[k].y)
+                if s.x < contact[n].z:
+                    # region if rigid
+                    before = g
+                    # endregion
+                    u = velocity(k, node, s.yz)
+                    g = touch(g, u, s.yz, contact[n].x, contact[n].y)
+                    # region if rigid
+                    lost = m * (before - g)
+                    kick[k] += vec3(lost, cross(node - pose[k].xy, lost))
+                    # endregion
             # endregion
             for axis in ti.static(range(2)):
-                node, edge = ivec2(i, j)[axis], WALLS["thickness_cells"]
-                if node < edge or node > N_GRID - edge:
-                    n = ti.select(node < edge, 1.0, -1.0) * vec2(1 - axis, axis)
-                    g = touch(
-                        g, vec2(0.0), n, LAWS[WALLS["contact"]], WALLS["friction"]
-                    )
+                edge = ti.select(node[axis] < 0.5, node[axis], 1.0 - node[axis])
+                if edge < EDGE:
+                    n = ti.select(node[axis] < 0.5, 1.0, -1.0) * vec2(1 - axis, axis)
+                    law = LAWS[WALLS["contact"]]
+                    g = touch(g, vec2(0.0), n, law, WALLS["friction"])
             grid[i, j].xy = g
 
 
 @ti.kernel
-def grid_to_particles(alive: int):
+def grid_to_particles():
     """Gather velocity and its gradient, and move."""
     ti.loop_config(serialize=SERIAL)
-    for p in range(alive):
-        base = ti.floor(x[p] / DX - 0.5, ti.i32)
-        f = x[p] / DX - base
+    for p in range(alive[None]):
+        base = ti.floor(N_GRID * x[p] - 0.5, ti.i32)
+        f = N_GRID * x[p] - base
         w = bspline(f)
-        u, turn, shear, heap = vec2(0.0), vec2(0.0), vec2(0.0), 0.0
-        for i, j in ti.static(ti.ndrange(3, 3)):
-            node = w[i].x * w[j].y * grid[base + ivec2(i, j)]
-            u += node.xy
-            turn += cmul(node.xy, cconj(vec2(i, j) - f))
-            shear += cmul(node.xy, vec2(i, j) - f)
-            heap += node.z
-        v[p], c[p], d[p] = u, 2.0 / DX * turn, 2.0 / DX * shear
+        sums, lifts = [vec4(0.0)] * 3, [vec4(0.0)] * 3  # over j of w g and of j w g
+        for i in ti.static(range(3)):
+            low, mid, high = [w[j].y * grid[base.x + i, base.y + j] for j in range(3)]
+            sums[i], lifts[i] = low + mid + high, mid + 2.0 * high
+        u = w[0].x * sums[0] + w[1].x * sums[1] + w[2].x * sums[2]
+        east = (w[1].x * sums[1] + 2.0 * w[2].x * sums[2]).xy
+        north = (w[0].x * lifts[0] + w[1].x * lifts[1] + w[2].x * lifts[2]).xy
+        east, north = 4.0 / DX * (east - f.x * u.xy), 4.0 / DX * (north - f.y * u.xy)
+        down = vec2(north.y, -north.x)  # -i d/dy, so that d/dx = c + d and d/dy = ..
+        v[p], c[p], d[p] = u.xy, 0.5 * (east + down), 0.5 * (east - down)
         # region if liquid
         for k in ti.static(LIQUIDS):
             if owner[p] == k:
-                q[p] = settle(q[p], heap / (DX**2 * MATTER[k]["density"]), DT)
+                crowd = N_GRID**2 / MATTER[k]["density"] * u.z  # 1 at rest
+                q[p] = settle(q[p], crowd, DT)
         # endregion
-        moved = x[p] + DT * u
+        # region if paste
+        for k in ti.static(PASTES):
+            if owner[p] == k:
+                crowd = N_GRID**2 / MATTER[k]["density"] * u.z  # 1 at rest
+                a[p], b[p] = settle_strain(a[p], b[p], crowd, DT)
+        # endregion
+        # region if soak
+        for k in ti.static(SPONGES):
+            if owner[p] == k:
+                wet = 0.0  # volume of water over that of the cell
+                for i, j in ti.static(ti.ndrange(3, 3)):
+                    wet += N_GRID**2 * w[i].x * w[j].y * water[base.x + i, base.y + j]
+                saturation[p] = soak(saturation[p], wet, DT)
+        # endregion
+        moved = x[p] + DT * u.xy
         # region if collider
         if room[base + 1] < 2.0 * DX:
             for n in range(N_COLLIDERS):  # thin and fast ones overtake particles
@@ -425,52 +731,83 @@ def grid_to_particles(alive: int):
         x[p] = ti.min(ti.max(moved, 2.0 * DX), 1.0 - 2.0 * DX)
 
 
-blobs = ti.field(ti.f32, (N_OBJECTS, PIXELS, PIXELS))  # metaballs of each object
+blobs = ti.field(ti.f32, (PIXELS, PIXELS, N_OBJECTS))  # metaballs of each object
 COLORS = [bytes.fromhex(o["visualization"]["color"][1:]) for o in OBJECTS]
 COLORS = np.array([[0, 0, 0], *map(list, COLORS)], np.uint8)
 
 
 @ti.kernel
-def draw(alive: int, t: float, image: ti.types.ndarray(dtype=ti.u8, ndim=2)):
-    """Write the index in COLORS of each pixel at time t; the top row comes first."""
-    # region if moving
-    for k in ti.static(of_type("kinematic_collider")):
-        move(k, OBJECTS[k]["kinematics"], t)
-    # endregion
+def draw(image: ti.types.ndarray(dtype=ti.u8, ndim=2)):
+    """Write the index in COLORS of each pixel; the top row comes first."""
     ti.loop_config(serialize=SERIAL)
-    for p in range(alive):
+    for p in range(alive[None]):
         low = ti.max(ti.floor((x[p] - BLOB) * PIXELS, ti.i32), 0)
         high = ti.min(ti.ceil((x[p] + BLOB) * PIXELS, ti.i32), PIXELS)
-        for i, j in ti.ndrange((low.x, high.x), (low.y, high.y)):
-            r = (vec2(i, j) + 0.5) / PIXELS - x[p]
-            blobs[owner[p], i, j] += ti.max(1.0 - r.dot(r) / BLOB**2, 0.0) ** 2
+        for i in range(low.x, high.x):
+            for j in range(low.y, high.y):
+                r2 = ((vec2(i, j) + 0.5) / PIXELS - x[p]).norm_sqr() * BLOB**-2
+                ball = ti.max(1.0 - r2, 0.0) ** 2
+                blobs[i, j, owner[p]] += ti.select(r2 < CORE, ball + SOLID, ball)
     ti.loop_config(serialize=SERIAL)
     for i, j in ti.ndrange(PIXELS, PIXELS):
         most, seen = SOLID, 0
         for k in range(N_OBJECTS):
-            if blobs[k, i, j] > most:
-                most, seen = blobs[k, i, j], k + 1
-            blobs[k, i, j] = 0.0
-        # region if collider
-        for n in range(N_COLLIDERS):
-            if surface(collider[n], (vec2(i, j) + 0.5) / PIXELS).x < 0.0:
-                seen = collider[n] + 1
-        # endregion
+            if blobs[i, j, k] > most:
+                most, seen = blobs[i, j, k], k + 1
+            blobs[i, j, k] = 0.0
         image[PIXELS - 1 - j, i] = ti.cast(seen, ti.u8)
+    # region if collider
+    ti.loop_config(serialize=SERIAL)
+    for n in range(N_COLLIDERS):
+        k = collider[n]
+        low = ti.max(ti.floor((pose[k].xy - measure[k].w) * PIXELS, ti.i32), 0)
+        high = ti.min(ti.ceil((pose[k].xy + measure[k].w) * PIXELS, ti.i32), PIXELS)
+        for i in range(low.x, high.x):
+            for j in range(low.y, high.y):
+                if surface(k, (vec2(i, j) + 0.5) / PIXELS).x < 0.0:
+                    image[PIXELS - 1 - j, i] = ti.cast(k + 1, ti.u8)
+    # endregion
+
+
+def simulate():
+    """The substeps of a frame, as a graph that runs without Python in between."""
+    stages = [particles_to_grid, update_grid]
+    # region if mesh
+    stages.insert(0, pull)
+    # endregion
+    # region if rigid
+    stages.append(move_rigid)
+    # endregion
+    builder = ti.graph.GraphBuilder()
+    substep = builder.create_sequential()
+    for stage in [*stages, grid_to_particles]:
+        substep.dispatch(stage)
+    for _ in range(SIMULATION["substeps_per_frame"]):
+        builder.append(substep)
+    return builder.compile()
 
 
 def frames():
     """Yield the frames of the video, each uint8 RGB of shape (PIXELS, PIXELS, 3)."""
-    image = np.zeros((PIXELS, PIXELS), np.uint8)
-    give_birth(PLACE, SPEED, OWNER)
-    for step in range(SIMULATION["duration_frames"] * SIMULATION["substeps_per_frame"]):
-        alive = int(np.searchsorted(BIRTH, step, side="right"))
-        if step % SIMULATION["substeps_per_frame"] == 0:
-            draw(alive, step * DT, image)
-            yield COLORS[image]
-        particles_to_grid(alive)
-        update_grid((step + 1) * DT)
-        grid_to_particles(alive)
+    # region if solid
+    set_up(*TABLES)
+    # endregion
+    give_birth(START, BIRTH, OWNER)
+    # region if wet
+    saturation.from_numpy(WETNESS)
+    # endregion
+    # region if mesh
+    weave(TRIANGLES)
+    # endregion
+    # region if rigid
+    launch(*LAUNCH)
+    # endregion
+    image, frame = np.zeros((PIXELS, PIXELS), np.uint8), simulate()
+    for n in range(SIMULATION["duration_frames"]):
+        if n:
+            frame.run({})
+        draw(image)
+        yield COLORS[image]
 
 
 if __name__ == "__main__":

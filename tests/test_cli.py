@@ -178,6 +178,35 @@ def test_run_of_a_scene_writes_its_exact_video(command, scene_file, tmp_path):
     assert len(np.unique(frames[-1].reshape(-1, 3), axis=0)) > 3, "objects are missing"
 
 
+@pytest.mark.slow
+def test_run_writes_states_and_sums_them_up(command, scene_file, tmp_path):
+    path = tmp_path / "out" / "states.npz"
+    arguments = ["run", scene_file, "--states", path, "--states-dtype", "float16"]
+    status, out, err = command(*arguments, "--json")
+    assert (status, err) == (0, "")
+    told = json.loads(out)["invariants"]
+    with np.load(path) as file:
+        assert file["positions"].dtype == np.float16
+        assert file["positions"].shape == (6, len(file["mass"]), 2)
+        names = [name for name in file.files if name.startswith("invariants/")]
+        assert {f"invariants/{name}" for name in told} == set(names)
+        for name, ends in told.items():
+            assert ends["first"] == file[f"invariants/{name}"][0].tolist()
+            assert ends["last"] == file[f"invariants/{name}"][-1].tolist()
+
+
+def test_states_of_a_program_without_any_are_a_typed_outcome(
+    command, program_file, tmp_path
+):
+    video, states = tmp_path / "video.mp4", tmp_path / "states.npz"
+    arguments = ["run", program_file, "--out", video, "--states", states]
+    status, out, err = command(*arguments)
+    assert (status, out.partition(":")[0]) == (1, "no_states")
+    assert "the program has no AREA, ENVIRONMENT, MATTER" in err
+    assert not video.exists()
+    assert not states.exists()
+
+
 def test_run_writes_video_and_sheet_of_a_program(
     command, program_file, run_inline, tmp_path
 ):

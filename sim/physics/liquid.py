@@ -7,11 +7,10 @@ import taichi as ti
 def compress(J, c, dt, K):
     """Volume ratio J <- J (1 + dt tr C), and its stress tau = -J p for modulus K [Pa].
 
-    p = K (J^-7 - 1) / 7 [Tait; Monaghan 1994], but no tension: free surfaces part.
+    p = K (1 - J), but no tension: free surfaces part [Tampubolon et al. 2017].
     """
     new_J = ti.min(ti.max(J * (1.0 + 2.0 * dt * c.x), 0.6), 1.1)
-    J2 = new_J * new_J
-    return new_J, ti.min(new_J * K / 7.0 * (1.0 - 1.0 / (J2 * J2 * J2 * new_J)), 0.0)
+    return new_J, ti.min(K * new_J * (new_J - 1.0), 0.0)
 
 
 @ti.func
@@ -21,7 +20,5 @@ def settle(J, crowd, dt):
     Splashing loses track of volume; this returns liquid that is thinner or denser than
     at rest by over a tenth to rest, and keeps its volume [as in density correction].
     """
-    new_J = J
-    if crowd < 0.9 or crowd > 1.1:
-        new_J += dt / 0.005 * (ti.min(ti.max(1.0 / crowd, 0.8), 1.1) - J)
-    return new_J
+    rate = ti.select(abs(crowd - 1.0) > 0.1, dt / 0.005, 0.0)
+    return J + rate * (ti.min(ti.max(1.0 / crowd, 0.8), 1.1) - J)

@@ -1,27 +1,41 @@
-"""Dry sand: Hencky strain, Mohr-Coulomb cone in 2D [Klar et al. 2016]."""
+"""Sand: Hencky strain, Mohr-Coulomb cone in 2D [Klar et al. 2016], cohesion if wet."""
 
 import taichi as ti
-from taichi.math import cmul
 
 from mpmworlds.sim.physics.deformation import restretch
+from mpmworlds.sim.physics.hencky import hencky, hencky_stress, loosen
 
 
 @ti.func
-def hencky_sand(a, b, q, mu, lam, sin_phi):
-    """Return-map F to the friction cone: new F and q, Kirchhoff stress t, z.
+def hencky_sand(a, b, q, mu, lam, phi, bond):
+    """Return-map F to the Mohr-Coulomb cone: new F and q, Kirchhoff stress t, z.
 
-    With m the mean and g the half difference of log strains, friction angle phi means
-    mu g <= -sin(phi) (lam + mu) m in the plane. Expansion is free of stress; its log
-    volume, q - 1, is undone before pressure returns [Tampubolon et al. 2017].
+    |z| <= bond cos(phi) - t sin(phi) in the plane, for friction angle phi and cohesion
+    `bond` [Pa]. At the tip of the cone, where t = bond / tan(phi), grains part.
     """
-    A, B = a.norm(), b.norm()
-    e1 = ti.log(ti.max(A + B, 0.05))
-    e2 = ti.log(ti.max(A - B, 0.05))
-    m = 0.5 * (e1 + e2 + q - 1.0)
-    g = 0.5 * (e1 - e2)
-    new_q = 1.0 + ti.max(2.0 * m, 0.0)
-    m = ti.min(m, 0.0)
-    g = ti.min(g, -sin_phi * (lam + mu) / mu * m)
+    m, g = hencky(a, b)
+    tip = 0.5 * bond / (ti.tan(phi) * (mu + lam))
+    m, new_q = loosen(m, q, tip)
+    g = ti.min(g, ti.sin(phi) * (mu + lam) / mu * (tip - m))
     new_a, new_b = restretch(a, b, ti.exp(m + g), ti.exp(m - g))
-    z = 2.0 * mu * g * cmul(a, b) / ti.max(A * B, 1e-12)
-    return new_a, new_b, new_q, 2.0 * (lam + mu) * m, z
+    t, z = hencky_stress(a, b, m, g, mu, lam)
+    return new_a, new_b, new_q, t, z
+
+
+@ti.func
+def cohesion(saturation, most):
+    """Cohesion [Pa] of wet sand: none dry or flooded, `most` at half saturation.
+
+    Menisci between grains hold them together; neither dry nor drowned sand has any
+    [as Mitarai and Nori 2006].
+    """
+    return 4.0 * most * saturation * (1.0 - saturation)
+
+
+@ti.func
+def soak(saturation, water, dt):
+    """New saturation of sand next to `water`: mass of liquid here, relative to rest.
+
+    Pores fill within 0.1 s of full contact, the slower the fuller; none dries.
+    """
+    return saturation + ti.min(water, 1.0) * (1.0 - saturation) * dt / 0.1

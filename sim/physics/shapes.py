@@ -21,10 +21,55 @@ def sd_box(p, size):
 
 
 @ti.func
+def sd_rounded_box(p, size, corner_radius):
+    """Box of width and height `size` [m] with corners of the given radius [m]."""
+    return sd_box(p, size - 2.0 * corner_radius) - vec3(corner_radius, 0.0, 0.0)
+
+
+@ti.func
 def sd_circle(p, radius):
     """Disc of the given radius [m] around the origin."""
     r = p.norm()
     return vec3(r - radius, p / ti.max(r, 1e-9))
+
+
+@ti.func
+def sd_ellipse(p, semi_axes):
+    """Ellipse of the given semi-axes [m] along x and y.
+
+    The nearest point is semi_axes * t, sought by fitting circles of curvature at t.
+    """
+    q, square = abs(p), semi_axes * semi_axes
+    t, turn = vec2(0.7), vec2(square.x - square.y, square.y - square.x) / semi_axes
+    for _ in range(4):
+        middle = turn * t * t * t  # of the circle of curvature
+        arm, away = semi_axes * t - middle, q - middle
+        far = ti.max(away.norm(), 1e-9)
+        t = ti.max((middle + away * arm.norm() / far) / semi_axes, 1e-9).normalized()
+    n = (t / semi_axes).normalized()
+    return vec3(n.dot(q - semi_axes * t), ti.select(p < 0.0, -n, n))
+
+
+@ti.func
+def sd_capsule(p, length, radius):
+    """Points within a radius [m] of a segment of the x axis of the given length [m]."""
+    q = vec2(p.x - ti.min(ti.max(p.x, -0.5 * length), 0.5 * length), p.y)
+    r, n = q.norm(), vec2(0.0, 1.0)
+    if r > 0.0:
+        n = q / r
+    return vec3(r - radius, n)
+
+
+@ti.func
+def sd_ring(p, radius, thickness, opening_deg):
+    """Round-ended ring of the given radius and thickness [m], open around +y [deg]."""
+    half, side = 0.5 * ti.math.radians(opening_deg), ti.select(p.x < 0.0, -1.0, 1.0)
+    end = radius * vec2(side * ti.sin(half), ti.cos(half))
+    arm, offset = p, p.norm() - radius
+    if side * (p.y * end.x - p.x * end.y) > 0.0:  # in the opening
+        arm, offset = p - end, (p - end).norm()
+    n = ti.select(offset < 0.0, -1.0, 1.0) * arm / ti.max(arm.norm(), 1e-9)
+    return vec3(abs(offset) - 0.5 * thickness, n)
 
 
 @ti.func

@@ -14,9 +14,11 @@ def pack(a, b, Jp, compression, stretch):
     A, B = a.norm(), b.norm()
     s1 = ti.min(ti.max(A + B, 1.0 - compression), 1.0 + stretch)
     s2 = ti.min(ti.max(A - B, 1.0 - compression), 1.0 + stretch)
-    Jp = ti.min(ti.max(Jp * (A * A - B * B) / (s1 * s2), 0.6), 20.0)
-    new_a, new_b = restretch(a, b, s1, s2)
-    return new_a, new_b, Jp
+    new_a, new_b, new_Jp = a, b, Jp
+    if s1 != A + B or s2 != A - B:
+        new_a, new_b = restretch(a, b, s1, s2)
+        new_Jp = ti.min(ti.max(Jp * (A * A - B * B) / (s1 * s2), 0.6), 20.0)
+    return new_a, new_b, new_Jp
 
 
 @ti.func

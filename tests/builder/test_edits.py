@@ -15,10 +15,33 @@ from mpmworlds.builder.modify import EDITS, modify
 from mpmworlds.builder.perturb import RATIO, SHIFT, TURN, perturb
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.palette import PALETTE
+from mpmworlds.sim.physics.emission import hose
 from mpmworlds.sim.scene import Scene, SceneError
+from tests.sim.scenes import (
+    BELT,
+    BODY,
+    BOWL,
+    EGG,
+    FAN,
+    GATE,
+    HOSE,
+    RAIN,
+    ROCKER,
+    scene_data,
+)
 
 SEEDS = load_seeds()
-seeds = st.sampled_from(list(SEEDS.values()))
+ZOO = [
+    Scene.from_data(scene_data(*things))
+    for things in (
+        [EGG, BOWL, BELT, ROCKER, RAIN, HOSE],
+        [BODY, BELT, BOWL],
+        [EGG, GATE, HOSE],
+        [ROCKER, RAIN, FAN],
+    )
+]
+SCENES = SEEDS | {f"zoo {i}": scene for i, scene in enumerate(ZOO)}
+seeds = st.sampled_from(list(SCENES.values()))
 generators = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 many = settings(max_examples=30, deadline=None)
 ROUNDING = 0.005  # edited numbers keep four digits
@@ -202,19 +225,62 @@ def image(shape):
     return found
 
 
-@pytest.mark.parametrize("name", SEEDS)
+@pytest.mark.parametrize("name", SCENES)
 def test_a_mirrored_scene_is_its_own_mirror_image(name):
-    data = SEEDS[name].to_data()
+    data = SCENES[name].to_data()
     mirror(data)
     mirrored = Scene.from_data(data)
-    for thing, origin in zip(mirrored.objects, SEEDS[name].objects, strict=True):
+    for thing, origin in zip(mirrored.objects, SCENES[name].objects, strict=True):
         one, other = image(thing.shape), image(origin.shape)[:, ::-1]
         assert (one & other).sum() > 0.97 * (one | other).sum()
     mirror(data)
     again = Scene.from_data(data)
-    for thing, origin in zip(again.objects, SEEDS[name].objects, strict=True):
+    for thing, origin in zip(again.objects, SCENES[name].objects, strict=True):
         np.testing.assert_array_equal(image(thing.shape), image(origin.shape))
-    assert again.environment == SEEDS[name].environment
+    assert again.environment == SCENES[name].environment
+
+
+GLIDE = GATE["kinematics"] | {"velocity": [-0.5, 1.0]}
+
+
+@pytest.mark.parametrize("thing", [FAN, GATE | {"kinematics": GLIDE}, ROCKER, BELT])
+def test_a_mirrored_motion_is_the_mirror_image_of_the_motion(thing):
+    data = scene_data(EGG, thing)
+    motion = Scene.from_data(data).objects[1].kinematics
+    mirror(data)
+    mirrored = Scene.from_data(data).objects[1].kinematics
+    assert mirrored != motion
+    assert mirrored.fastest(0.2) == motion.fastest(0.2)
+    for ((x, y), turn), ((u, v), w) in zip(
+        motion.poses(), mirrored.poses(), strict=True
+    ):
+        np.testing.assert_allclose([u, v, w], [-x, y, -turn])
+
+
+def test_a_mirrored_hose_swings_to_the_other_side():
+    data = scene_data(HOSE)
+    time, _, velocity = hose(data["objects"][0]["emission"], 0.05, 0.01)
+    mirror(data)
+    again, _, mirrored = hose(data["objects"][0]["emission"], 0.05, 0.01)
+    np.testing.assert_array_equal(again, time)
+    np.testing.assert_allclose(mirrored, velocity * [-1, 1])
+
+
+def test_perturbing_reaches_every_length_and_speed_in_some_draw():
+    kept = {"phase_deg", "start", "stop", "rate"}
+    start = places(ZOO[0].to_data())
+    numbers = {
+        path
+        for path, value in start.items()
+        if {"shape", "kinematics", "emission"} & set(path)
+        and not kept & set(path)
+        and isinstance(value, float)
+    }
+    changed = set()
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        changed |= changes(*edited(perturb, rng, ZOO[0])[:2])
+    assert numbers - changed == set()
 
 
 def test_candidates_are_drawn_afresh_until_one_is_valid():

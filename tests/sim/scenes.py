@@ -40,6 +40,17 @@ SAND = {
     "friction_angle_deg": 35.0,
 }
 
+MESH = ELASTIC | {"constitutive_model": "elastic_fem"}
+RIGID = {"constitutive_model": "rigid", "density": 800.0}
+PLASTIC = ELASTIC | {"constitutive_model": "plastic", "yield_stress": 5.0e3}
+WET_SAND = SAND | {"constitutive_model": "wet_sand", "cohesion": 2.0e3}
+PASTE = ELASTIC | {
+    "constitutive_model": "viscoplastic",
+    "yield_stress": 100.0,
+    "consistency": 10.0,
+}
+SLIME = ELASTIC | {"constitutive_model": "viscoelastic", "relaxation_time": 0.1}
+
 BODY = {
     "name": "object_0",
     "object_type": "dynamic_body",
@@ -90,6 +101,94 @@ JET = {
     "physics_properties": LIQUID,
     "emission": {"rate": 400.0, "velocity": [0.0, -1.5], "start": 0.0, "stop": 0.2},
     "visualization": {"color": "#2C90F5"},
+}
+RAIN = {
+    "name": "cloud",
+    "object_type": "emitter",
+    "shape": {"type": "box", "center": [0.25, 0.85], "size": [0.25, 0.06]},
+    "physics_properties": LIQUID,
+    "emission": {
+        "type": "rain",
+        "rate": 300.0,
+        "velocity": [0.3, -1.2],
+        "stop": 0.5,
+        "drop_radius": 0.025,
+    },
+    "visualization": {"color": "#2CF591"},
+}
+HOSE = {
+    "name": "hose",
+    "object_type": "emitter",
+    "shape": {"type": "box", "center": [0.75, 0.85], "size": [0.06, 0.05]},
+    "physics_properties": LIQUID,
+    "emission": {
+        "type": "hose",
+        "rate": 300.0,
+        "velocity": [-0.4, -1.5],
+        "stop": 0.4,
+        "swing_deg": 30.0,
+        "period": 0.5,
+    },
+    "visualization": {"color": "#2C90F5"},
+}
+EGG = {
+    "name": "egg",
+    "object_type": "dynamic_body",
+    "shape": {
+        "type": "ellipse",
+        "center": [0.52, 0.62],
+        "semi_axes": [0.08, 0.12],
+        "angle_deg": 20.0,
+    },
+    "physics_properties": ELASTIC,
+    "visualization": {"color": "#F52D2C"},
+}
+BOWL = {
+    "name": "bowl",
+    "object_type": "static_collider",
+    "shape": {
+        "type": "ring",
+        "center": [0.2, 0.3],
+        "radius": 0.13,
+        "thickness": 0.04,
+        "opening_deg": 150.0,
+        "angle_deg": 10.0,
+    },
+    "visualization": {"color": "#969696"},
+}
+BELT = {
+    "name": "belt",
+    "object_type": "kinematic_collider",
+    "shape": {
+        "type": "capsule",
+        "center": [0.75, 0.4],
+        "length": 0.25,
+        "radius": 0.04,
+        "angle_deg": 5.0,
+    },
+    "kinematics": {"type": "conveyor", "surface_speed": 0.8},
+    "contact": {"type": "separate", "friction": 0.5},
+    "visualization": {"color": "#F5F42C"},
+}
+ROCKER = {
+    "name": "rocker",
+    "object_type": "kinematic_collider",
+    "shape": {
+        "type": "rounded_box",
+        "center": [0.6, 0.15],
+        "size": [0.3, 0.06],
+        "corner_radius": 0.02,
+        "angle_deg": 0.0,
+    },
+    "kinematics": {
+        "type": "oscillate",
+        "amplitude": [0.05, -0.03],
+        "amplitude_deg": 10.0,
+        "frequency": 1.5,
+        "phase_deg": 90.0,
+        "start": 0.1,
+    },
+    "visualization": {"color": "#C32CF5"},
 }
 
 

@@ -5,11 +5,13 @@ import pytest
 import taichi as ti
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
 from taichi.math import vec2
 
+from mpmworlds.sim.motions import MOTIONS, Kinematics
 from mpmworlds.sim.physics.contact import touch
 from mpmworlds.sim.physics.deformation import advance, newtonian, restretch
-from mpmworlds.sim.physics.motion import rotate, translate
+from mpmworlds.sim.physics.motion import conveyor, oscillate, rotate, translate
 from mpmworlds.sim.physics.splines import bspline
 from tests.sim.lab import (
     N,
@@ -56,25 +58,11 @@ def _bspline(r):
     return ti.Vector([w[0].x, w[1].x, w[2].x, w[0].y, w[1].y, w[2].y])
 
 
-@ti.func
-def _rotate(r):
-    moved, rate = rotate(r[0], r[1])
-    return ti.Vector([moved.x, moved.y, moved.z, rate.x, rate.y, rate.z])
-
-
-@ti.func
-def _translate(r):
-    moved, rate = translate(r[0], vec2(r[1], r[2]), r[3], r[4])
-    return ti.Vector([moved.x, moved.y, moved.z, rate.x, rate.y, rate.z])
-
-
 ADVANCE = vectorised(_advance, 4)
 NEWTONIAN = vectorised(_newtonian, 3)
 RESTRETCH = vectorised(_restretch, 4)
 TOUCH = vectorised(_touch, 2)
 BSPLINE = vectorised(_bspline, 6)
-ROTATE = vectorised(_rotate, 6)
-TRANSLATE = vectorised(_translate, 6)
 
 
 @many
@@ -168,20 +156,99 @@ def test_friction_is_bounded_by_coulomb_and_never_reverses(law, rng, friction):
     assert (new_tangent * tangent >= -1e-14).all()
 
 
+SPIN = {"type": "rotate", "angular_velocity": 3.0}
+GLIDE = {"type": "translate", "velocity": [0.5, -2.0]}
+SWING = {"type": "oscillate", "amplitude": [0.1, -0.2], "frequency": 1.25}
+ROCK = {"type": "oscillate", "amplitude_deg": 30.0, "frequency": 2.0}
+BELT = {"type": "conveyor", "surface_speed": -0.7}
+FUNCTIONS = {
+    "conveyor": conveyor,
+    "oscillate": oscillate,
+    "rotate": rotate,
+    "translate": translate,
+}
+
+
+def course(data, t):
+    """A motion of the schema, and its displacements (3, n) and rates (4, n) at t."""
+    motion = TypeAdapter(Kinematics).validate_python(data)
+    function, given = FUNCTIONS[motion.type], motion.model_dump(mode="json")
+
+    @ti.func
+    def displaced(r):
+        p, v = function(r[0], given)
+        return ti.Vector([p.x, p.y, p.z, v.x, v.y, v.z, v.w])
+
+    found = vectorised(displaced, 7)(t)
+    return motion, found[:3], found[3:]
+
+
+def test_every_motion_of_the_schema_is_tested():
+    assert FUNCTIONS.keys() == MOTIONS.keys()
+    assert {motion["type"] for motion in MOVING} == MOTIONS.keys()
+
+
+MOVING = (
+    SPIN,
+    SPIN | {"start": 0.25, "stop": 0.75},
+    GLIDE | {"stop": 1.0},
+    GLIDE | {"start": 0.25, "stop": 0.75},
+    SWING,
+    SWING | {"start": 0.2, "stop": 0.9, "phase_deg": 90.0},
+    ROCK | {"phase_deg": -40.0},
+    BELT | {"start": 0.5},
+)
+motions = pytest.mark.parametrize("data", MOVING)
+TIMES = np.linspace(0, 1, 20_002)
+
+
+@motions
+def test_a_motion_starts_at_rest_position_and_moves_at_its_rate(data):
+    _, moved, rate = course(data, TIMES)
+    np.testing.assert_allclose(moved[:, 0], 0)
+    speed = np.diff(moved) / np.diff(TIMES)
+    smooth = (abs(np.diff(rate)) < 0.02).all(0)
+    assert smooth.sum() >= len(TIMES) - 3  # but for its start and its stop
+    middle = 0.5 * (rate[:3, 1:] + rate[:3, :-1])
+    np.testing.assert_allclose(speed[:, smooth], middle[:, smooth], atol=1e-4)
+
+
+@motions
+def test_a_motion_rests_before_its_start_and_after_its_stop(data):
+    motion, moved, rate = course(data, TIMES)
+    before, after = motion.start > TIMES, motion.stop <= TIMES
+    np.testing.assert_array_equal(moved[:, before], 0)
+    np.testing.assert_array_equal(rate[:, before | after], 0)
+    assert abs(rate[:, ~(before | after)]).max() > 0
+    assert (np.diff(moved[:, after]) == 0).all()
+
+
+@motions
+def test_a_motion_knows_how_fast_it_is_and_how_far_it_leads(data):
+    motion, moved, rate = course(data, TIMES)
+    reach = 0.3
+    glide = np.hypot(*rate[:2]) + abs(rate[2]) * reach + abs(rate[3])
+    assert motion.fastest(reach) == pytest.approx(glide.max(), rel=1e-3)
+    poses = np.array([[*shift, turn] for shift, turn in motion.poses()])
+    turned = abs(moved[2]) <= 2 * np.pi
+    assert (moved[:, turned].min(1) >= poses.min(0) - 1e-9).all()
+    assert (moved[:, turned].max(1) <= poses.max(0) + 1e-9).all()
+
+
 @pytest.mark.parametrize(
-    ("motion", "numbers", "moved"),
+    ("data", "moved"),
     [
-        (ROTATE, [3.0], [0.0, 0.0, 3.0]),
-        (TRANSLATE, [0.5, -2.0, 0.0, 1.0], [0.5, -2.0, 0.0]),
-        (TRANSLATE, [0.5, -2.0, 0.25, 0.75], [0.25, -1.0, 0.0]),
+        (SPIN, [0.0, 0.0, 3.0]),
+        (GLIDE | {"start": 0.25, "stop": 0.75}, [0.25, -1.0, 0.0]),
+        (SWING | {"phase_deg": 90.0, "stop": 0.4}, [-0.2, 0.4, 0.0]),
+        (ROCK | {"stop": 0.125}, [0.0, 0.0, np.pi / 6]),
+        (BELT, [0.0, 0.0, 0.0]),
     ],
 )
-def test_a_motion_starts_at_rest_position_and_moves_at_its_rate(motion, numbers, moved):
-    t = np.linspace(0, 1, 402)
-    found = motion(t, *numbers)
-    np.testing.assert_allclose(found[:3, 0], 0)
-    np.testing.assert_allclose(found[:3, -1], moved)
-    speed = np.diff(found[:3]) / np.diff(t)
-    steady = (found[3:, 1:] == found[3:, :-1]).all(0)
-    assert steady.sum() >= len(t) - 3
-    np.testing.assert_allclose(speed[:, steady], found[3:, 1:][:, steady], atol=1e-9)
+def test_a_motion_ends_where_geometry_says(data, moved):
+    np.testing.assert_allclose(course(data, TIMES[-1:])[1][:, 0], moved, atol=1e-12)
+
+
+def test_an_oscillation_that_moves_nothing_is_refused():
+    with pytest.raises(ValidationError, match="one of them must differ from 0"):
+        course({"type": "oscillate", "frequency": 1.0}, TIMES)

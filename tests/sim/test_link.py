@@ -19,14 +19,26 @@ from mpmworlds.sim.link import LinkError, link, read_scene, unresolved
 from mpmworlds.sim.scene import Scene
 from tests.sim.pin_programs import PINNED, checksums
 from tests.sim.scenes import (
+    BELT,
     BODY,
+    BOWL,
+    EGG,
     FAN,
     GATE,
+    HOSE,
     JET,
     MANY,
+    MESH,
     OBSTACLE,
+    PASTE,
+    PLASTIC,
+    RAIN,
+    RIGID,
+    ROCKER,
     SAND,
+    SLIME,
     SNOW,
+    WET_SAND,
     random_scene,
     scene_data,
 )
@@ -44,10 +56,24 @@ SPECIAL = {
     "body": [BODY],
     "snow": [BODY | {"physics_properties": SNOW}],
     "sand jet": [JET | {"physics_properties": SAND}],
+    "rigid alone": [BODY | {"physics_properties": RIGID}],
+    "rigid in a jet": [BODY | {"physics_properties": RIGID}, JET],
+    "mesh": [BODY | {"physics_properties": MESH}],
+    "plastic": [BODY | {"physics_properties": PLASTIC}],
+    "wet sand": [BODY | {"physics_properties": WET_SAND}],
+    "wet sand in a jet": [BODY | {"physics_properties": WET_SAND}, JET],
+    "paste": [JET | {"physics_properties": PASTE}],
+    "slime": [BODY | {"physics_properties": SLIME}],
     "fan": [BODY, FAN],
     "gate": [BODY, GATE],
     "fan and gate": [BODY, FAN, GATE | {"name": "gate"}],
     "all": [BODY, OBSTACLE, FAN, JET],
+    "egg and bowl": [EGG, BOWL],
+    "belt": [EGG, BELT],
+    "rocker": [EGG, ROCKER],
+    "rain": [RAIN, BOWL],
+    "hose": [HOSE],
+    "everything": [EGG, BOWL, BELT, ROCKER, RAIN, HOSE],
 }
 
 
@@ -70,11 +96,16 @@ def functions_of(body):
     return {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
 
 
+def first_line(node):
+    """Number of the line on which a function starts, decorators included."""
+    return min([node.lineno, *(d.lineno for d in node.decorator_list)])
+
+
 def sources_of(text):
     """Text of every function at the top level, decorators included."""
     lines = text.splitlines()
     return {
-        name: "\n".join(lines[node.decorator_list[0].lineno - 1 : node.end_lineno])
+        name: "\n".join(lines[first_line(node) - 1 : node.end_lineno])
         for name, node in functions_of(ast.parse(text).body).items()
     }
 
@@ -254,19 +285,21 @@ def test_unresolved_names_are_those_that_are_read_but_never_bound(text, names):
 
 
 @pytest.mark.parametrize("name", LIBRARY)
-def test_library_files_hold_functions_of_taichi_only(name):
+def test_library_files_hold_functions_of_taichi_or_of_numpy_only(name):
     module, *rest = ast.parse(LIBRARY[name]).body
     assert isinstance(module, ast.Expr)
+    numpy = "import numpy as np" in LIBRARY[name]
     for node in rest:
         if isinstance(node, ast.ImportFrom):
             assert node.module == "taichi.math" or node.module.startswith(
                 "mpmworlds.sim.physics."
             )
         elif isinstance(node, ast.Import):
-            assert ast.unparse(node) == "import taichi as ti"
+            assert ast.unparse(node) in ("import taichi as ti", "import numpy as np")
         else:
             assert isinstance(node, ast.FunctionDef)
-            assert [ast.unparse(d) for d in node.decorator_list] == ["ti.func"]
+            decorators = [ast.unparse(d) for d in node.decorator_list]
+            assert decorators == ([] if numpy else ["ti.func"])
             assert ast.get_docstring(node)
 
 
@@ -287,6 +320,6 @@ def test_no_local_name_hides_a_library_function():
 
 
 def test_library_functions_read_nothing_but_arguments_and_each_other():
-    math = {"ti", "vec2", "vec3", "vec4", "ivec2", "cmul", "cconj"}
+    math = {"np", "ti", "vec2", "vec3", "vec4", "ivec2", "cmul", "cconj"}
     for name, source in LIBRARY_SOURCES.items():
         assert set(unresolved(source)) <= LIBRARY_SOURCES.keys() | math, name

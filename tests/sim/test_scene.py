@@ -69,7 +69,7 @@ FAULTS = [
     (
         ("objects", 0, "shape", "type"),
         "star",
-        f"{BODY}: shape.type = 'star', must be one of 'box', 'circle'",
+        f"{BODY}: shape.type = 'star', must be one of 'box', 'capsule', 'circle'",
     ),
     (
         ("objects", 0, "object_type"),

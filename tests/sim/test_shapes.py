@@ -4,30 +4,82 @@ import cv2
 import numpy as np
 import pytest
 import taichi as ti
+from pydantic import ValidationError
 from taichi.math import vec2
 
 from mpmworlds.sim.fields import polygon_area
-from mpmworlds.sim.physics.shapes import sd_box, sd_circle, sd_fan, sd_polygon
-from mpmworlds.sim.shapes import SHAPES, Box, Circle, FanBlades, Polygon
+from mpmworlds.sim.physics.shapes import (
+    sd_box,
+    sd_capsule,
+    sd_circle,
+    sd_ellipse,
+    sd_fan,
+    sd_polygon,
+    sd_ring,
+    sd_rounded_box,
+)
+from mpmworlds.sim.shapes import (
+    SHAPES,
+    SLENDER,
+    Box,
+    Capsule,
+    Circle,
+    Ellipse,
+    FanBlades,
+    Polygon,
+    Ring,
+    RoundedBox,
+)
 from tests.sim.lab import vectorised
 
 NOTCHED = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (0.0, -0.1), (-0.2, 0.2))
+STAR = tuple(
+    (r * np.cos(i * np.pi / 12), r * np.sin(i * np.pi / 12))
+    for i, r in enumerate(12 * (0.25, 0.12))
+)
 HOME = {"center": (0.5, 0.5)}
-GIVEN = {
-    "box": Box(type="box", size=(0.3, 0.1), **HOME),
-    "square": Box(type="box", size=(0.2, 0.2), **HOME),
-    "circle": Circle(type="circle", radius=0.2, **HOME),
-    "triangle": Polygon(type="polygon", vertices=NOTCHED[:3], **HOME),
-    "notched": Polygon(type="polygon", vertices=NOTCHED, **HOME),
-    "clockwise": Polygon(type="polygon", vertices=NOTCHED[::-1], **HOME),
-} | {
-    f"fan of {n}": FanBlades(
-        type="fan_blades", blade_count=n, blade_length=0.25, thickness=0.04, **HOME
+
+
+def ring(opening_deg, thickness=0.06):
+    return Ring(
+        type="ring", radius=0.2, thickness=thickness, opening_deg=opening_deg, **HOME
     )
-    for n in (2, 3, 5, 12)
-}
+
+
+GIVEN = (
+    {
+        "box": Box(type="box", size=(0.3, 0.1), **HOME),
+        "square": Box(type="box", size=(0.2, 0.2), **HOME),
+        "circle": Circle(type="circle", radius=0.2, **HOME),
+        "capsule": Capsule(type="capsule", length=0.25, radius=0.05, **HOME),
+        "triangle": Polygon(type="polygon", vertices=NOTCHED[:3], **HOME),
+        "notched": Polygon(type="polygon", vertices=NOTCHED, **HOME),
+        "clockwise": Polygon(type="polygon", vertices=NOTCHED[::-1], **HOME),
+        "star": Polygon(type="polygon", vertices=STAR, **HOME),
+    }
+    | {
+        f"fan of {n}": FanBlades(
+            type="fan_blades", blade_count=n, blade_length=0.25, thickness=0.04, **HOME
+        )
+        for n in (2, 3, 5, 12)
+    }
+    | {
+        f"rounded box of {radius}": RoundedBox(
+            type="rounded_box", size=(0.3, 0.2), corner_radius=radius, **HOME
+        )
+        for radius in (0.02, 0.1)
+    }
+    | {
+        f"ellipse of {a} x {b}": Ellipse(type="ellipse", semi_axes=(a, b), **HOME)
+        for a, b in ((0.2, 0.2), (0.15, 0.25), (0.3, 0.3 / SLENDER))
+    }
+    | {f"ring open {angle}": ring(angle) for angle in (0.0, 40.0, 180.0, 300.0)}
+    | {"thick ring": ring(240.0, thickness=0.3)}
+)
+OVERLAID = ("fan_blades", "ring")  # outlines of several polygons that touch or overlap
+ITERATED = "ellipse"  # its distance is not exact
 shapes = pytest.mark.parametrize("shape", GIVEN.values(), ids=GIVEN)
-corners = ti.Vector.field(2, ti.f64, (1, 16))
+corners = ti.Vector.field(2, ti.f64, (1, 24))
 
 
 @ti.func
@@ -46,15 +98,39 @@ def _fan(r):
 
 
 @ti.func
+def _rounded_box(r):
+    return sd_rounded_box(vec2(r[0], r[1]), vec2(r[2], r[3]), r[4])
+
+
+@ti.func
+def _ellipse(r):
+    return sd_ellipse(vec2(r[0], r[1]), vec2(r[2], r[3]))
+
+
+@ti.func
+def _capsule(r):
+    return sd_capsule(vec2(r[0], r[1]), r[2], r[3])
+
+
+@ti.func
+def _ring(r):
+    return sd_ring(vec2(r[0], r[1]), r[2], r[3], r[4])
+
+
+@ti.func
 def _polygon(r):
     return sd_polygon(vec2(r[0], r[1]), corners, 0, int(r[2]))
 
 
 FUNCTIONS = {
     "box": vectorised(_box, 3),
+    "capsule": vectorised(_capsule, 3),
     "circle": vectorised(_circle, 3),
+    "ellipse": vectorised(_ellipse, 3),
     "fan_blades": vectorised(_fan, 3),
     "polygon": vectorised(_polygon, 3),
+    "ring": vectorised(_ring, 3),
+    "rounded_box": vectorised(_rounded_box, 3),
 }
 
 
@@ -98,7 +174,7 @@ def test_distance_agrees_with_the_outline(shape):
     assert outside.sum() > 50
     assert (d[outside] > 0).all()
     assert (d[expected < -1e-3] < 0).all()
-    exact = outside if shape.type == "fan_blades" else np.ones(len(d), bool)
+    exact = outside if shape.type in OVERLAID else np.ones(len(d), bool)
     np.testing.assert_allclose(d[exact], expected[exact], atol=3e-4)
 
 
@@ -113,7 +189,7 @@ def test_distance_vanishes_on_the_outline(shape):
         ]
     )
     d, _ = distance(shape, along)
-    if shape.type == "fan_blades":  # blades cover parts of each other's outline
+    if shape.type in OVERLAID:
         assert (d < 3e-4).all()
         d, _ = distance(shape, outline[np.linalg.norm(outline, axis=1) > 0.2])
     np.testing.assert_allclose(d, 0, atol=3e-4)
@@ -133,7 +209,8 @@ def test_normal_is_the_unit_gradient_of_the_distance(shape):
     )
     smooth = abs(np.linalg.norm(gradient, axis=1) - 1) < 1e-6
     assert smooth.mean() > 0.98
-    np.testing.assert_allclose(normal[smooth], gradient[smooth], atol=1e-5)
+    atol = 1e-3 if shape.type == ITERATED else 1e-5
+    np.testing.assert_allclose(normal[smooth], gradient[smooth], atol=atol)
 
 
 @shapes
@@ -141,15 +218,17 @@ def test_a_step_against_the_normal_by_the_distance_leads_to_the_outline(shape):
     points = scattered()
     d, normal = distance(shape, points)
     landed, _ = distance(shape, points - d[:, None] * normal)
-    np.testing.assert_allclose(landed[d > 0], 0, atol=1e-9)
-    assert (landed < 1e-9).all()
+    atol = 2e-6 if shape.type == ITERATED else 1e-9
+    np.testing.assert_allclose(landed[d > 0], 0, atol=atol)
+    assert (landed < atol).all()
 
 
 @shapes
 def test_the_reach_holds_the_outline_tightly(shape):
     reach = eval(shape.REACH, {"shape": shape.model_dump(), "np": np})
     farthest = np.linalg.norm(np.concatenate(shape.local_outline()), axis=1).max()
-    assert reach == pytest.approx(farthest, rel=1e-3)
+    slack = 2**0.5 if shape.type == "rounded_box" else 1.001
+    assert 0.999 * farthest < reach < slack * farthest
     assert (distance(shape, scattered())[0] >= 0)[
         np.linalg.norm(scattered(), axis=1) >= reach
     ].all()
@@ -159,7 +238,7 @@ def test_every_shape_of_the_schema_is_tested():
     assert {shape.type for shape in GIVEN.values()} == set(SHAPES) == set(FUNCTIONS)
 
 
-@pytest.mark.parametrize("name", ["box", "circle", "notched", "fan of 5"])
+@pytest.mark.parametrize("name", ["box", "circle", "notched", "fan of 5", "capsule"])
 def test_an_outline_turns_and_moves_with_its_shape(name):
     shape = GIVEN[name]
     moved = shape.outline(shift=(0.1, -0.2), turn=np.pi / 2)
@@ -168,8 +247,72 @@ def test_an_outline_turns_and_moves_with_its_shape(name):
         np.testing.assert_allclose(polygon, expected)
 
 
+@pytest.mark.parametrize("axes", [(0.2, 0.2), (0.15, 0.25), (0.3, 0.3 / SLENDER)])
+def test_the_distance_of_an_ellipse_is_accurate_near_its_surface(axes):
+    angle = np.linspace(0, 2 * np.pi, 501)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    normal = circle / axes
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    ellipse = Ellipse(type="ellipse", semi_axes=axes, **HOME)
+    most = min(0.02, 0.6 * min(axes) ** 2 / max(axes))  # short of the focal line
+    for away in (-most, -0.01 * most, 0.01 * most, 0.02):
+        d, n = distance(ellipse, circle * axes + away * normal)
+        np.testing.assert_allclose(d, away, rtol=1e-3)
+        np.testing.assert_allclose(n, normal, atol=0.01)
+
+
+def test_a_node_on_the_axis_of_a_capsule_has_a_normal():
+    d, normal = distance(GIVEN["capsule"], np.array([[0.0, 0.0], [0.1, 0.0]]))
+    np.testing.assert_allclose(d, -0.05)
+    np.testing.assert_allclose(normal, [[0, 1], [0, 1]])
+
+
+@pytest.mark.parametrize(
+    ("make", "numbers", "message"),
+    [
+        (Box, {"size": (0.0, 0.1)}, "both must be > 0"),
+        (RoundedBox, {"size": (0.3, 0.1), "corner_radius": 0.06}, ">= 2 x corner_rad"),
+        (RoundedBox, {"size": (1.3, 0.1), "corner_radius": 0.02}, "both must be <= 1"),
+        (Ellipse, {"semi_axes": (0.0, 0.1)}, "both must be > 0"),
+        (Ellipse, {"semi_axes": (0.02, 0.2)}, "one must be <= 5 x the other"),
+        (Ring, {"radius": 0.1, "thickness": 0.2}, "must be < 2 x radius = 0.2"),
+        (
+            Ring,
+            {"radius": 0.1, "thickness": 0.05, "opening_deg": 20.0},
+            "opening_deg = 20, must leave a gap between the round ends",
+        ),
+    ],
+)
+def test_measures_that_do_not_fit_each_other_are_refused(make, numbers, message):
+    kind = make.model_fields["type"].annotation.__args__[0]
+    with pytest.raises(ValidationError, match=message):
+        make(type=kind, **numbers, **HOME)
+
+
+def area(shape):
+    return sum(map(polygon_area, shape.local_outline()))
+
+
 def test_areas_are_those_of_geometry():
-    (disc,) = GIVEN["circle"].local_outline()
-    assert polygon_area(disc) == pytest.approx(np.pi * 0.2**2)
-    assert polygon_area(GIVEN["box"].local_outline()[0]) == pytest.approx(0.03)
+    disc = np.pi * 0.2**2
+    assert area(GIVEN["circle"]) == pytest.approx(disc)
+    assert area(GIVEN["ellipse of 0.2 x 0.2"]) == pytest.approx(disc)
+    assert area(GIVEN["ellipse of 0.3 x 0.06"]) == pytest.approx(
+        disc * 0.3 * 0.06 / 0.04
+    )
+    assert area(GIVEN["box"]) == pytest.approx(0.03)
+    assert area(GIVEN["star"]) == pytest.approx(12 * 0.25 * 0.12 * np.sin(np.pi / 12))
     assert polygon_area(NOTCHED) == polygon_area(NOTCHED[::-1]) == pytest.approx(0.1)
+    bar = 0.25 * 0.1 + np.pi * 0.05**2
+    assert area(GIVEN["capsule"]) == pytest.approx(bar, rel=1e-3)
+    plate = 0.3 * 0.2 - (4 - np.pi) * 0.1**2
+    assert area(GIVEN["rounded box of 0.1"]) == pytest.approx(plate, rel=1e-3)
+    assert area(ring(0.0)) == pytest.approx(2 * np.pi * 0.2 * 0.06)
+    bowl = np.pi * 0.2 * 0.06 + np.pi * 0.03**2
+    assert area(ring(180.0)) == pytest.approx(bowl, rel=1e-3)
+
+
+def test_a_bowl_is_open_above_its_center_and_closed_below():
+    above, center, below = [0.0, 0.2], [0.0, 0.0], [0.0, -0.2]
+    d, _ = distance(ring(180.0), np.array([above, center, below]))
+    np.testing.assert_allclose(d, [0.2 * 2**0.5 - 0.03, 0.17, -0.03])

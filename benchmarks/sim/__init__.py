@@ -1,0 +1,1 @@
+"""Speed of the simulator: `python -m benchmarks.sim`."""

@@ -1,0 +1,217 @@
+"""Measure the simulator and print its tables as Markdown.
+
+    python -m benchmarks.sim speed     ratios to a plain program, material by material
+    python -m benchmarks.sim start     seconds until the first second frame, cold, warm
+    python -m benchmarks.sim seeds     seconds of each seed with rendering and encoding
+    python -m benchmarks.sim scaling   two processes against one
+
+Rivals take turns within a run, since machines are shared: trust the ratios.
+"""
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.sim.encode import encode_mp4
+from mpmworlds.sim.link import link
+from mpmworlds.sim.run import run
+from mpmworlds.sim.scene import Scene
+
+HERE = Path(__file__).parent
+ROUNDS = 9
+BLOCKS = {
+    "liquid": {"density": 1000.0, "bulk_modulus": 4e5, "viscosity": 0.1},
+    "elastic": {"density": 1000.0, "youngs_modulus": 4e5, "poissons_ratio": 0.3},
+    "snow": {"density": 400.0, "youngs_modulus": 6e4, "poissons_ratio": 0.2},
+    "sand": {"density": 1600.0, "youngs_modulus": 8e5, "poissons_ratio": 0.25},
+}
+
+
+def block(material: str) -> Scene:
+    """A block of 10,000 particles that falls a little, at 128 cells and 0.1 ms."""
+    return Scene.from_data(
+        {
+            "schema": "mpmworlds-scene/1",
+            "simulation": {
+                "grid_resolution": 128,
+                "time_step_dt": 1e-4,
+                "substeps_per_frame": 100,
+                "duration_frames": 300,
+                "particles_per_cell": 4,
+                "seed": 0,
+            },
+            "environment": {
+                "gravity": [0.0, -9.8],
+                "walls": {"contact": "slip", "friction": 0.0, "thickness_cells": 3},
+            },
+            "objects": [
+                {
+                    "name": "object_0",
+                    "object_type": "dynamic_body",
+                    "shape": {
+                        "type": "box",
+                        "center": [0.4953, 0.2453],
+                        "size": [0.390625, 0.390625],
+                    },
+                    "physics_properties": {"constitutive_model": material}
+                    | BLOCKS[material],
+                    "visualization": {"color": "#2C90F5"},
+                }
+            ],
+            "output": {"resolution": 512, "framerate": 30},
+        }
+    )
+
+
+class Rival:
+    """A process that runs substeps on demand."""
+
+    def __init__(self, *command: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, *command],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"TI_SKIP_VERSION_CHECK": "ON"},
+        )
+        while self._output().readline().strip() != "ready":
+            if self.process.poll() is not None:
+                raise SystemExit(f"{' '.join(command)} ended before it was ready")
+
+    def _output(self) -> IO[str]:
+        assert self.process.stdout is not None
+        return self.process.stdout
+
+    def ask(self, substeps: int) -> None:
+        """Start a number of substeps."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{substeps}\n")
+        self.process.stdin.flush()
+
+    def answer(self) -> float:
+        """Seconds [s] that they took."""
+        return float(self._output().readline())
+
+    def close(self) -> None:
+        """End the process."""
+        self.process.kill()
+        self.process.wait()
+
+
+def speed(materials: Sequence[str]) -> None:
+    """Print speeds and ratios for blocks of each material."""
+    print("| material | ours [M/s] | plain, 1 thread | 2 threads | ratio to 1 thread |")
+    print("|---|---|---|---|---|")
+    for material in materials:
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder, "program.py")
+            program.write_text(link(block(material)), "ascii")
+            rivals = [Rival(str(HERE / "ours.py"), str(program))]
+            rivals += [Rival(str(HERE / "plain.py"), material, n) for n in ("1", "2")]
+        rates: list[list[float]] = [[], [], []]
+        for _ in range(ROUNDS):
+            for k, rival in enumerate(rivals):
+                rival.ask(100)
+                rates[k].append(1e4 * 100 / rival.answer() / 1e6)
+        ratio = statistics.median(a / b for a, b in zip(*rates[:2], strict=True))
+        ours, one, two = map(statistics.median, rates)
+        print(f"| {material} | {ours:.1f} | {one:.2f} | {two:.2f} | {ratio:.1f} |")
+        for rival in rivals:
+            rival.close()
+
+
+def start() -> None:
+    """Print seconds from a program's start to its second frame, cold and warm."""
+    print("| seed | cold cache [s] | warm cache [s] | of which start of Taichi [s] |")
+    print("|---|---|---|---|")
+    bare = _seconds("import cv2, taichi as ti; ti.init(arch=ti.cpu)", {})
+    for name, scene in load_seeds().items():
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "program.py").write_text(link(scene), "ascii")
+            code = (
+                f"import sys; sys.path.insert(0, {folder!r}); import program;"
+                "frames = program.frames(); next(frames); next(frames)"
+            )
+            cache = {"TI_OFFLINE_CACHE_FILE_PATH": str(Path(folder, "cache"))}
+            cold, warm = (_seconds(code, cache) for _ in range(2))
+        print(f"| {name} | {cold:.1f} | {warm:.1f} | {bare:.1f} |")
+
+
+def _seconds(code: str, environment: dict[str, str]) -> float:
+    """CPU seconds of a Python process."""
+    before = os.times()
+    subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"TI_SKIP_VERSION_CHECK": "ON"} | environment,
+        capture_output=True,
+        check=True,
+    )
+    after = os.times()
+    return (after.children_user + after.children_system) - (
+        before.children_user + before.children_system
+    )
+
+
+def seeds(names: Sequence[str]) -> None:
+    """Print wall seconds of seeds: simulation and rendering, then encoding."""
+    print("| seed | particles | substeps | run [s] | encode [s] |")
+    print("|---|---|---|---|---|")
+    for name, scene in load_seeds().items():
+        if names and name not in names:
+            continue
+        begin = time.perf_counter()
+        outcome = run(link(scene), timeout=3600.0, states=False)
+        ran = time.perf_counter()
+        encode_mp4(outcome.frames, scene.output.framerate)
+        done = time.perf_counter()
+        steps = scene.simulation.substeps_per_frame * scene.simulation.duration_frames
+        print(
+            f"| {name} | {steps} | {ran - begin:.1f} | {done - ran:.1f} |", flush=True
+        )
+
+
+def scaling() -> None:
+    """Print how much more two processes do than one."""
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder, "program.py")
+        program.write_text(link(block("liquid")), "ascii")
+        pair = [Rival(str(HERE / "ours.py"), str(program)) for _ in range(2)]
+    gains = []
+    for _ in range(ROUNDS):
+        pair[0].ask(300)
+        alone = pair[0].answer()
+        for rival in pair:
+            rival.ask(300)
+        together = [rival.answer() for rival in pair]
+        gains.append(sum(alone / seconds for seconds in together))
+    print(f"two processes do {statistics.median(gains):.2f} times the work of one")
+    for rival in pair:
+        rival.close()
+
+
+def main() -> None:
+    """Run what is asked for."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", choices=["speed", "start", "seeds", "scaling"])
+    parser.add_argument("names", nargs="*", help="materials or seeds; all by default")
+    given = parser.parse_args()
+    if given.what == "speed":
+        speed(given.names or list(BLOCKS))
+    elif given.what == "seeds":
+        seeds(given.names)
+    else:
+        {"start": start, "scaling": scaling}[given.what]()
+
+
+if __name__ == "__main__":
+    main()
