@@ -8,23 +8,30 @@ from mpmworlds.builder.attempt import Data
 from mpmworlds.builder.perturb import rounded
 
 MATERIALS: dict[str, Data] = {
-    "liquid": {"density": 1000.0, "bulk_modulus": 1.0e6, "viscosity": 0.05},
+    "liquid": {"density": 1000.0, "bulk_modulus": 4.5e5, "viscosity": 0.05},
     "elastic": {
         "density": 1000.0,
         "youngs_modulus": 3.0e5,
         "poissons_ratio": 0.3,
         "damping": 0.0,
     },
-    "snow": {"density": 400.0, "youngs_modulus": 6.0e4, "poissons_ratio": 0.2},
+    "elastic_fem": {
+        "density": 1000.0,
+        "youngs_modulus": 3.0e5,
+        "poissons_ratio": 0.3,
+        "damping": 0.0,
+    },
+    "rigid": {"density": 800.0, "restitution": 0.3, "friction": 0.3},
+    "snow": {"density": 400.0, "youngs_modulus": 3.5e4, "poissons_ratio": 0.2},
     "sand": {
         "density": 1600.0,
-        "youngs_modulus": 1.4e6,
+        "youngs_modulus": 7.0e5,
         "poissons_ratio": 0.25,
         "friction_angle_deg": 34.0,
     },
     "wet_sand": {
         "density": 1600.0,
-        "youngs_modulus": 1.4e6,
+        "youngs_modulus": 7.0e5,
         "poissons_ratio": 0.25,
         "friction_angle_deg": 34.0,
         "cohesion": 2.0e3,
@@ -32,20 +39,20 @@ MATERIALS: dict[str, Data] = {
     },
     "plastic": {
         "density": 1200.0,
-        "youngs_modulus": 1.2e6,
+        "youngs_modulus": 4.0e5,
         "poissons_ratio": 0.35,
         "yield_stress": 6.0e3,
     },
     "viscoplastic": {
         "density": 1200.0,
-        "youngs_modulus": 6.0e5,
+        "youngs_modulus": 3.0e5,
         "poissons_ratio": 0.4,
         "yield_stress": 150.0,
         "consistency": 300.0,
     },
     "viscoelastic": {
         "density": 1000.0,
-        "youngs_modulus": 2.0e5,
+        "youngs_modulus": 1.2e5,
         "poissons_ratio": 0.45,
         "relaxation_time": 0.03,
     },

@@ -252,6 +252,18 @@ def _check_balance(scene: "Scene") -> Iterator[str]:
             )
 
 
+def _check_belts(scene: "Scene") -> Iterator[str]:
+    for i, thing in enumerate(scene.objects):
+        if thing.object_type != "kinematic_collider":
+            continue
+        belt = thing.kinematics.type == "conveyor"
+        if belt and thing.contact.type != "sticky" and thing.contact.friction == 0.0:
+            yield (
+                f"{_label(scene, i)}: contact.friction = 0 on a conveyor, must be > 0 "
+                "to carry anything; raise it, or take contact.type = 'sticky'"
+            )
+
+
 CHECKS: tuple[Callable[["Scene"], Iterator[str]], ...] = (
     _check_names,
     _check_particles,
@@ -262,4 +274,5 @@ CHECKS: tuple[Callable[["Scene"], Iterator[str]], ...] = (
     _check_domain,
     _check_overlap,
     _check_balance,
+    _check_belts,
 )

@@ -128,6 +128,7 @@ def features(scene: Scene) -> set[str]:
         "rigid": "rigid" in bodies,
         "mesh": "elastic_fem" in bodies,
         "liquid": "liquid" in models,
+        "crowd": bool(models & {"liquid", "viscoplastic", "viscoelastic"}),
         "lattice": bool(bodies),
         "paste": bool(models & {"viscoplastic", "viscoelastic"}),
         "wet": "wet_sand" in models,

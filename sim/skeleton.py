@@ -197,13 +197,9 @@ EMITTERS = [k for k in GRAINS if OBJECTS[k]["object_type"] == "emitter"]
 # region if collider
 COLLIDERS = [k for k in range(N_OBJECTS) if k not in GRAINS]
 # endregion
-
-
 # region if liquid
 LIQUIDS = [k for k in GRAINS if MODEL[k] == "liquid"]
 # endregion
-
-
 # region if paste
 PASTES = [k for k in GRAINS if MODEL[k] in ("viscoplastic", "viscoelastic")]
 # endregion
@@ -227,10 +223,8 @@ corners = ti.Vector.field(2, ti.f32, (N_OBJECTS, 24))  # of polygons [m]
 # region if collider
 N_COLLIDERS = len(COLLIDERS)
 collider = ti.field(ti.i32, N_COLLIDERS)  # index of the object
-contact = ti.Vector.field(3, ti.f32, N_OBJECTS)  # law; friction; skin [m]
-twist = ti.Vector.field(
-    4, ti.f32, N_OBJECTS + 1
-)  # velocity x, y [m/s]; spin; belt [m/s]
+contact = ti.Vector.field(3, ti.f32, N_COLLIDERS)  # law; friction; skin [m]
+twist = ti.Vector.field(4, ti.f32, N_OBJECTS + 1)  # velocity [m/s]; spin; belt [m/s]
 room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to the nearest collider [m]
 # endregion
 
@@ -280,7 +274,7 @@ def surface(k, p):
 
 
 @ti.kernel
-def set_up(home: ARRAY, kinds: ARRAY, sizes: ARRAY, vertices: ARRAY, touching: ARRAY):
+def set_up(kinds: ARRAY, home: ARRAY, sizes: ARRAY, vertices: ARRAY, touching: ARRAY):
     """Enter place and shape of every object, and the contact of colliders."""
     for k in range(N_OBJECTS):
         pose[k] = vec4(home[k, 0], home[k, 1], ti.cos(home[k, 2]), ti.sin(home[k, 2]))
@@ -298,7 +292,8 @@ def set_up(home: ARRAY, kinds: ARRAY, sizes: ARRAY, vertices: ARRAY, touching: A
     # endregion
 
 
-VERTICES, TOUCHING = np.zeros((N_OBJECTS, 24, 2), np.float32), np.zeros((1, 4))
+SIZES, SORTS = [*map(measures, SHAPES)], [KINDS[shape["type"]] for shape in SHAPES]
+VERTICES, TOUCHING = np.zeros((N_OBJECTS, 24, 2)), np.zeros((1, 4))
 # region if polygon
 for k in range(N_OBJECTS):
     rows = SHAPES[k].get("vertices", [])
@@ -309,9 +304,7 @@ TOUCH = [OBJECTS[k].get("contact", {"type": "separate"} | MATTER[k]) for k in CO
 TOUCHING = [[LAWS[c["type"]], c["friction"], DX * c["skin_cells"]] for c in TOUCH]
 TOUCHING = np.column_stack([COLLIDERS, TOUCHING])
 # endregion
-SIZES, SORTS = map(measures, SHAPES), [KINDS[shape["type"]] for shape in SHAPES]
-TABLES = np.float32(HOME), np.int32(SORTS), np.float32([*SIZES]), VERTICES
-TABLES = *TABLES, np.float32(TOUCHING)
+TABLES = [np.int32(SORTS), *map(np.float32, (HOME, SIZES, VERTICES, TOUCHING))]
 set_up(*TABLES)
 
 
@@ -371,7 +364,7 @@ N_PARTICLES = len(ORDER)
 x, v, c, d, a, b = (ti.Vector.field(2, ti.f32) for _ in range(6))
 q, owner = ti.field(ti.f32), ti.field(ti.i32)  # state, 1 at rest; object
 ti.root.dense(ti.i, max(N_PARTICLES, 1)).place(x, v, c, d, a, b, q, owner)
-grid = ti.Vector.field(4, ti.f32, (N_GRID, N_GRID))  # momentum or velocity; mass; -
+grid = ti.Vector.field(4, ti.f32, (N_GRID, N_GRID))  # momentum or velocity; mass; area
 birth = ti.field(ti.i32, max(N_PARTICLES, 1))  # substep
 clock, alive = ti.field(ti.i32, ()), ti.field(ti.i32, ())  # substeps; particles
 # region if wet
@@ -622,14 +615,12 @@ def particles_to_grid():
                 t, z = stress(p, MATTER[k])
         impulse = -4.0 * DT * AREA / DX
         ma, mb = m * DX * c[p] + vec2(impulse * t, 0.0), m * DX * d[p] + impulse * z
-        right, up = (
-            vec4(ma + mb, 0.0, 0.0),
-            vec4(cmul(vec2(0.0, 1.0), ma - mb), 0.0, 0.0),
-        )
+        right = vec4(ma + mb, 0.0, 0.0)  # what a node more to the right gets
+        up = vec4(cmul(vec2(0.0, 1.0), ma - mb), 0.0, 0.0)
         base = ti.floor(N_GRID * x[p] - 0.5, ti.i32)
         f = N_GRID * x[p] - base
         w = bspline(f)
-        row = vec4(m * v[p], m, 0.0) - f.x * right - f.y * up  # at the first node
+        row = vec4(m * v[p], m, AREA) - f.x * right - f.y * up  # at the first node
         for i in ti.static(range(3)):
             node = w[i].x * row
             for j in ti.static(range(3)):
@@ -701,16 +692,17 @@ def grid_to_particles():
         east, north = 4.0 / DX * (east - f.x * u.xy), 4.0 / DX * (north - f.y * u.xy)
         down = vec2(north.y, -north.x)  # -i d/dy, so that d/dx = c + d and d/dy = ..
         v[p], c[p], d[p] = u.xy, 0.5 * (east + down), 0.5 * (east - down)
+        # region if crowd
+        crowd = N_GRID**2 * u.w  # part of space that matter at rest would fill
+        # endregion
         # region if liquid
         for k in ti.static(LIQUIDS):
             if owner[p] == k:
-                crowd = N_GRID**2 / MATTER[k]["density"] * u.z  # 1 at rest
                 q[p] = settle(q[p], crowd, DT)
         # endregion
         # region if paste
         for k in ti.static(PASTES):
             if owner[p] == k:
-                crowd = N_GRID**2 / MATTER[k]["density"] * u.z  # 1 at rest
                 a[p], b[p] = settle_strain(a[p], b[p], crowd, DT)
         # endregion
         # region if soak

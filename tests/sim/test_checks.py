@@ -173,6 +173,11 @@ def test_the_scene_of_this_module_has_no_fault():
             ],
         ),
         (
+            [EGG, having(BELT, contact={"friction": 0.0})],
+            {},
+            ["contact.friction = 0 on a conveyor, must be > 0", "raise it, or"],
+        ),
+        (
             [OBSTACLE | {"object_type": "dynamic_body", "physics_properties": RIGID}],
             {},
             ["object_1': shape has its center of mass at [0.0000, -0.0267] m", "shift"],
