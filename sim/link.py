@@ -118,6 +118,12 @@ def features(scene: Scene) -> set[str]:
         if thing.object_type == "dynamic_body"
     }
     collider = bool(kinds & {"static_collider", "kinematic_collider"})
+    motions = {
+        thing.kinematics.type
+        for thing in scene.objects
+        if thing.object_type == "kinematic_collider"
+    }
+    still = "static_collider" in kinds or "conveyor" in motions
     found = {
         "body": bool(bodies - {"rigid"}),
         "emitter": "emitter" in kinds,
@@ -129,7 +135,10 @@ def features(scene: Scene) -> set[str]:
         "mesh": "elastic_fem" in bodies,
         "liquid": "liquid" in models,
         "crowd": bool(models & {"liquid", "viscoplastic", "viscoelastic"}),
+        "still": still,
+        "free": bool(motions - {"conveyor"}) or "rigid" in bodies,
         "lattice": bool(bodies),
+        "probe": still or bool(bodies),
         "paste": bool(models & {"viscoplastic", "viscoelastic"}),
         "wet": "wet_sand" in models,
         "soak": {"wet_sand", "liquid"} <= models,

@@ -196,6 +196,11 @@ EMITTERS = [k for k in GRAINS if OBJECTS[k]["object_type"] == "emitter"]
 # endregion
 # region if collider
 COLLIDERS = [k for k in range(N_OBJECTS) if k not in GRAINS]
+MOTION = [
+    o.get("kinematics", {"type": MODEL[k]})["type"] for k, o in enumerate(OBJECTS)
+]
+STILL = [k for k in COLLIDERS if MOTION[k] in (None, "conveyor")]  # never change place
+COLLIDERS, N_STILL = STILL + [k for k in COLLIDERS if k not in STILL], len(STILL)
 # endregion
 # region if liquid
 LIQUIDS = [k for k in GRAINS if MODEL[k] == "liquid"]
@@ -225,7 +230,9 @@ N_COLLIDERS = len(COLLIDERS)
 collider = ti.field(ti.i32, N_COLLIDERS)  # index of the object
 contact = ti.Vector.field(3, ti.f32, N_COLLIDERS)  # law; friction; skin [m]
 twist = ti.Vector.field(4, ti.f32, N_OBJECTS + 1)  # velocity [m/s]; spin; belt [m/s]
-room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to the nearest collider [m]
+# region if free
+room = ti.field(ti.f32, (N_GRID, N_GRID))  # distance to what moves [m]
+# endregion
 # endregion
 
 
@@ -309,7 +316,7 @@ set_up(*TABLES)
 
 
 # endregion
-# region if lattice
+# region if probe
 @ti.kernel
 def probe(k: int, points: ARRAY, found: ARRAY):
     """Signed distance [m] of points from object k, and its normals."""
@@ -319,6 +326,29 @@ def probe(k: int, points: ARRAY, found: ARRAY):
         found[p, 0], found[p, 1], found[p, 2] = s.x, s.y, s.z
 
 
+# endregion
+# region if still
+def nearest(points):
+    """Distance [m], normal and number of the still collider nearest to each point."""
+    found, here = np.float32([[1, 0, 0, 0]] * len(points)), np.zeros((len(points), 3))
+    here = here.astype(np.float32)
+    for n, k in enumerate(STILL):
+        probe(k, points.astype(np.float32), here)
+        closer = here[:, 0] < found[:, 0]
+        found[closer, :3], found[closer, 3] = here[closer], n
+    return found
+
+
+CORNERS = DX * np.argwhere(np.ones((N_GRID, N_GRID)))
+still = ti.Vector.field(4, ti.f32, (N_GRID, N_GRID))  # what is nearest to each node
+still.from_numpy(nearest(CORNERS).reshape(N_GRID, N_GRID, 4))
+CENTERS = (np.argwhere(np.ones((PIXELS, PIXELS)))[:, ::-1] + 0.5) / PIXELS
+FOUND = nearest(CENTERS * [1, -1] + [0, 1]).reshape(PIXELS, PIXELS, 4)
+BACKDROP = np.where(FOUND[..., 0] < 0, np.add(STILL, 1)[FOUND[..., 3].astype(int)], 0)
+
+
+# endregion
+# region if lattice
 def lattice(k, shake):
     """Points [m] of a lattice shaken by parts of it, their distances and normals."""
     rng = np.random.Generator(np.random.Philox(SIMULATION["seed"]))
@@ -648,9 +678,15 @@ def update_grid():
         m, node = grid[i, j].z, DX * vec2(i, j)
         if m > 0.0:
             g = grid[i, j].xy / m + DT * vec2(GRAVITY)
-            # region if collider
+            # region if still
+            s, near = still[i, j].xyz, int(still[i, j].w)
+            if s.x < contact[near].z:
+                u = velocity(collider[near], node, s.yz)
+                g = touch(g, u, s.yz, contact[near].x, contact[near].y)
+            # endregion
+            # region if free
             room[i, j] = 1.0
-            for n in range(N_COLLIDERS):
+            for n in range(N_STILL, N_COLLIDERS):
                 k = collider[n]
                 s = surface(k, node)
                 room[i, j] = ti.min(room[i, j], s.x)
@@ -715,10 +751,18 @@ def grid_to_particles():
         # endregion
         moved = x[p] + DT * u.xy
         # region if collider
+        first, last = N_STILL, N_STILL  # of the colliders that are near
+        # region if still
+        if still[base + 1].x < 2.0 * DX:
+            first = 0
+        # endregion
+        # region if free
         if room[base + 1] < 2.0 * DX:
-            for n in range(N_COLLIDERS):  # thin and fast ones overtake particles
-                s = surface(collider[n], moved)
-                moved -= ti.min(s.x, 0.0) * s.yz
+            last = N_COLLIDERS
+        # endregion
+        for n in range(first, last):  # thin and fast ones overtake particles
+            s = surface(collider[n], moved)
+            moved -= ti.min(s.x, 0.0) * s.yz
         # endregion
         x[p] = ti.min(ti.max(moved, 2.0 * DX), 1.0 - 2.0 * DX)
 
@@ -748,9 +792,9 @@ def draw(image: ti.types.ndarray(dtype=ti.u8, ndim=2)):
                 most, seen = blobs[i, j, k], k + 1
             blobs[i, j, k] = 0.0
         image[PIXELS - 1 - j, i] = ti.cast(seen, ti.u8)
-    # region if collider
+    # region if free
     ti.loop_config(serialize=SERIAL)
-    for n in range(N_COLLIDERS):
+    for n in range(N_STILL, N_COLLIDERS):
         k = collider[n]
         low = ti.max(ti.floor((pose[k].xy - measure[k].w) * PIXELS, ti.i32), 0)
         high = ti.min(ti.ceil((pose[k].xy + measure[k].w) * PIXELS, ti.i32), PIXELS)
@@ -799,6 +843,9 @@ def frames():
         if n:
             frame.run({})
         draw(image)
+        # region if still
+        image[BACKDROP > 0] = BACKDROP[BACKDROP > 0]
+        # endregion
         yield COLORS[image]
 
 

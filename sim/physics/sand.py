@@ -14,9 +14,10 @@ def hencky_sand(a, b, q, mu, lam, phi, bond):
     `bond` [Pa]. At the tip of the cone, where t = bond / tan(phi), grains part.
     """
     m, g = hencky(a, b)
-    tip = 0.5 * bond / (ti.tan(phi) * (mu + lam))
+    slope = ti.sin(phi) * (mu + lam)
+    tip = 0.5 * bond * ti.cos(phi) / slope
     m, new_q = loosen(m, q, tip)
-    g = ti.min(g, ti.sin(phi) * (mu + lam) / mu * (tip - m))
+    g = ti.min(g, slope / mu * (tip - m))
     new_a, new_b = restretch(a, b, ti.exp(m + g), ti.exp(m - g))
     t, z = hencky_stress(a, b, m, g, mu, lam)
     return new_a, new_b, new_q, t, z
