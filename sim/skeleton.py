@@ -681,6 +681,9 @@ def update_grid():
             # region if still
             s, near = still[i, j].xyz, int(still[i, j].w)
             if s.x < contact[near].z:
+                # region if crowd
+                grid[i, j].w = DX**2  # solids fill space, too
+                # endregion
                 u = velocity(collider[near], node, s.yz)
                 g = touch(g, u, s.yz, contact[near].x, contact[near].y)
             # endregion
@@ -691,6 +694,9 @@ def update_grid():
                 s = surface(k, node)
                 room[i, j] = ti.min(room[i, j], s.x)
                 if s.x < contact[n].z:
+                    # region if crowd
+                    grid[i, j].w = DX**2  # solids fill space, too
+                    # endregion
                     # region if rigid
                     before = g
                     # endregion
@@ -703,7 +709,10 @@ def update_grid():
             # endregion
             for axis in ti.static(range(2)):
                 edge = ti.select(node[axis] < 0.5, node[axis], 1.0 - node[axis])
-                if edge < EDGE:
+                if edge < EDGE + 0.3 * DX:  # a skin, so that the node on the wall acts
+                    # region if crowd
+                    grid[i, j].w = DX**2
+                    # endregion
                     n = ti.select(node[axis] < 0.5, 1.0, -1.0) * vec2(1 - axis, axis)
                     law = LAWS[WALLS["contact"]]
                     g = touch(g, vec2(0.0), n, law, WALLS["friction"])

@@ -45,8 +45,8 @@ def settle_strain(a, b, crowd, dt):
     """Relax the volume of F = (a, b) within 5 ms where the filled space says so.
 
     As `settle`, for fluids that bear tension: where `crowd`, the part of space that
-    matter here would fill at rest, is below 0.9, pressure fades and holes close; above
-    1.1 it builds up.
+    matter and solids here would fill at rest, is below 0.9, pressure fades and holes
+    close; above 1.1 it builds up.
     """
     J = a.dot(a) - b.dot(b)
     aim = J

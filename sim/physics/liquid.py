@@ -17,9 +17,9 @@ def compress(J, c, dt, K):
 def settle(J, crowd, dt):
     """Relax J within 5 ms where the space that is filled contradicts it.
 
-    `crowd` is the part of space that the matter here would fill at rest. Splashing
-    loses track of volume; liquid that is over a tenth thinner or denser than at rest
-    returns to rest, and so keeps its volume [as in density correction].
+    `crowd` is the part of space that matter and solids here would fill at rest.
+    Splashing loses track of volume; liquid that is over a tenth thinner or denser than
+    at rest returns to rest, and so keeps its volume [as in density correction].
     """
     rate = ti.select(abs(crowd - 1.0) > 0.1, dt / 0.005, 0.0)
     return J + rate * (ti.min(ti.max(1.0 / crowd, 0.8), 1.1) - J)
