@@ -1,7 +1,7 @@
 """Measure the simulator and print its tables as Markdown.
 
     python -m benchmarks.sim speed     ratios to a plain program, material by material
-    python -m benchmarks.sim start     seconds until the first second frame, cold, warm
+    python -m benchmarks.sim start     CPU seconds until the second frame, cold, warm
     python -m benchmarks.sim seeds     seconds of each seed with rendering and encoding
     python -m benchmarks.sim scaling   two processes against one
 
@@ -128,12 +128,18 @@ def speed(materials: Sequence[str]) -> None:
             rival.close()
 
 
-def start() -> None:
-    """Print seconds from a program's start to its second frame, cold and warm."""
+def chosen(names: Sequence[str]) -> dict[str, Scene]:
+    """Seeds whose names begin with one of those given; all if none is given."""
+    start = tuple(names) or ("",)
+    return {k: scene for k, scene in load_seeds().items() if k.startswith(start)}
+
+
+def start(names: Sequence[str]) -> None:
+    """Print CPU seconds from a program's start to its second frame, cold and warm."""
     print("| seed | cold cache [s] | warm cache [s] | of which start of Taichi [s] |")
     print("|---|---|---|---|")
     bare = _seconds("import cv2, taichi as ti; ti.init(arch=ti.cpu)", {})
-    for name, scene in load_seeds().items():
+    for name, scene in chosen(names).items():
         with tempfile.TemporaryDirectory() as folder:
             Path(folder, "program.py").write_text(link(scene), "ascii")
             code = (
@@ -162,13 +168,11 @@ def _seconds(code: str, environment: dict[str, str]) -> float:
 
 def seeds(names: Sequence[str]) -> None:
     """Print wall seconds of seeds: simulation and rendering, then encoding."""
-    print("| seed | particles | substeps | run [s] | encode [s] |")
-    print("|---|---|---|---|---|")
-    for name, scene in load_seeds().items():
-        if names and name not in names:
-            continue
+    print("| seed | substeps | simulate and render [s] | encode [s] |")
+    print("|---|---|---|---|")
+    for name, scene in chosen(names).items():
         begin = time.perf_counter()
-        outcome = run(link(scene), timeout=3600.0, states=False)
+        outcome = run(link(scene), timeout=3600.0)
         ran = time.perf_counter()
         encode_mp4(outcome.frames, scene.output.framerate)
         done = time.perf_counter()
@@ -203,14 +207,16 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("what", choices=["speed", "start", "seeds", "scaling"])
-    parser.add_argument("names", nargs="*", help="materials or seeds; all by default")
+    parser.add_argument(
+        "names", nargs="*", help="materials, or seeds (s09 ...); all by default"
+    )
     given = parser.parse_args()
     if given.what == "speed":
         speed(given.names or list(BLOCKS))
-    elif given.what == "seeds":
-        seeds(given.names)
+    elif given.what == "scaling":
+        scaling()
     else:
-        {"start": start, "scaling": scaling}[given.what]()
+        {"start": start, "seeds": seeds}[given.what](given.names)
 
 
 if __name__ == "__main__":

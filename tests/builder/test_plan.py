@@ -170,7 +170,8 @@ def test_a_sample_without_a_candidate_is_named_with_the_last_fault(
     profile = dataclasses.replace(SMALL, seeds=(), resolution=63)
     with pytest.raises(NoCandidateError, match="p0000: no pair of seeds") as error:
         write_plan(profile, tmp_path / "m.parquet")
-    assert "none of 2 draws is a valid scene (last: p0000: " in str(error.value)
+    assert "none of 2 draws is a valid scene (last: " in str(error.value)
+    assert "output.resolution = 63, must be even" in str(error.value)
 
 
 @pytest.mark.parametrize(

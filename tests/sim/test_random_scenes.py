@@ -99,7 +99,7 @@ def lowest_potential(scene, states):
     return -(states.mass.sum() + rigid.sum()) * float(gravity @ corner)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", load_seeds())
 def test_seeds_behave(name):
     check(trial_of(load_seeds()[name]))
@@ -110,7 +110,7 @@ def test_some_random_scenes_behave(number):
     check(trial_of(random_scene(number)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("number", range(FEW, MANY))
 def test_random_scenes_behave(number):
     check(trial_of(random_scene(number)))
