@@ -14,7 +14,7 @@ from mpmworlds.baselines.summary import summarise_results, summary_table
 from mpmworlds.loaders.clips import Frames
 from mpmworlds.loaders.load import Example, load
 from mpmworlds.metrics import score
-from mpmworlds.splits.atomic import write_atomically
+from mpmworlds.sim.atomic import write_atomically
 
 RESULTS = "results.jsonl"
 SUMMARY = "summary.json"

@@ -13,7 +13,7 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from mpmworlds.splits.atomic import write_atomically
+from mpmworlds.sim.atomic import write_atomically
 
 KINDS: Final = ("seed", "parent", "child", "perturbation")
 

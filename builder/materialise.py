@@ -18,10 +18,10 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 from mpmworlds.builder.disk import disk_errors_named
 from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.store import Store
+from mpmworlds.sim.atomic import write_atomically
 from mpmworlds.sim.link import link
 from mpmworlds.sim.run import run
 from mpmworlds.sim.scene import Scene
-from mpmworlds.splits.atomic import write_atomically
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ from mpmworlds.builder.shards import (
     plan_shards,
 )
 from mpmworlds.builder.store import Store
+from mpmworlds.sim.atomic import write_atomically
 from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.atomic import write_atomically
 from mpmworlds.splits.checksums import (
     CHECKSUMS,
     files_below,

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from mpmworlds.builder.disk import disk_errors_named
 from mpmworlds.builder.manifest import text_sha256
+from mpmworlds.sim.atomic import write_atomically
 from mpmworlds.sim.encode import CODEC, Frames, encode_mp4, frames_sha256
-from mpmworlds.splits.atomic import write_atomically
 
 _log = logging.getLogger(__name__)
 

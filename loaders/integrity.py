@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.splits.atomic import write_atomically
+from mpmworlds.sim.atomic import write_atomically
 from mpmworlds.splits.checksums import ChecksumError, read_checksums, sha256_of_file
 
 _log = logging.getLogger(__name__)

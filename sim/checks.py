@@ -60,7 +60,7 @@ def fastest_step(scene: "Scene") -> tuple[float, str]:
     """
     dx = 1.0 / scene.simulation.grid_resolution
     fall = math.sqrt(2.0 * math.hypot(*scene.environment.gravity))
-    speed = max([fall, *(_speed(thing) for thing in scene.objects)])
+    speed = max([fall, *(speed_of(thing) for thing in scene.objects)])
     return min(
         (_step(thing.physics_properties, speed, dx), thing.name)
         for thing in scene.objects
@@ -75,7 +75,7 @@ def _step(material: Material, speed: float, dx: float) -> float:
     return min(wave_step, DIFFUSION * dx**2 / viscosity if viscosity else math.inf)
 
 
-def _speed(thing: Any) -> float:
+def speed_of(thing: Any) -> float:
     """Fastest prescribed speed of an object [m/s]."""
     if thing.object_type == "emitter":
         return math.hypot(*thing.emission.velocity)

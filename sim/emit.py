@@ -6,7 +6,7 @@ Each function returns the lines of one region of the skeleton.
 from typing import Any
 
 from mpmworlds.sim.materials import MATERIALS
-from mpmworlds.sim.objects import MOTIONS
+from mpmworlds.sim.motions import MOTIONS
 from mpmworlds.sim.scene import Scene
 from mpmworlds.sim.shapes import SHAPES
 
@@ -84,13 +84,7 @@ def emit_shapes(scene: Scene) -> str:
 
 def emit_motion(scene: Scene) -> str:
     """The motions of colliders that occur."""
-    kinds: list[str] = sorted(
-        {
-            thing.kinematics.type
-            for thing in scene.objects
-            if thing.object_type == "kinematic_collider"
-        }
-    )
+    kinds = sorted(motions_of(scene))
     branches = [
         (
             STATIC_TEST.format("motion", "type", kind),
@@ -142,6 +136,15 @@ def materials_of(scene: Scene) -> set[str]:
         thing.physics_properties.constitutive_model
         for thing in scene.objects
         if thing.object_type in ("dynamic_body", "emitter")
+    }
+
+
+def motions_of(scene: Scene) -> set[str]:
+    """Kinds of motion in a scene."""
+    return {
+        thing.kinematics.type
+        for thing in scene.objects
+        if thing.object_type == "kinematic_collider"
     }
 
 

@@ -118,11 +118,7 @@ def features(scene: Scene) -> set[str]:
         if thing.object_type == "dynamic_body"
     }
     collider = bool(kinds & {"static_collider", "kinematic_collider"})
-    motions = {
-        thing.kinematics.type
-        for thing in scene.objects
-        if thing.object_type == "kinematic_collider"
-    }
+    motions = emit.motions_of(scene)
     still = "static_collider" in kinds or "conveyor" in motions
     found = {
         "body": bool(bodies - {"rigid"}),

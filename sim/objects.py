@@ -7,7 +7,6 @@ from pydantic import Field
 from mpmworlds.sim.emissions import AnyEmission
 from mpmworlds.sim.fields import Color, Part, Vec2, about
 from mpmworlds.sim.materials import AnyMaterial, EmittedMaterial
-from mpmworlds.sim.motions import MOTIONS as MOTIONS
 from mpmworlds.sim.motions import Kinematics
 from mpmworlds.sim.shapes import Box, Shape
 

@@ -4,7 +4,7 @@ A solid is an object that does not consist of particles: a collider, whose motio
 prescribed, or a rigid body. Two dimensions: masses and the like are per unit thickness.
 """
 
-import os
+import io
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -13,6 +13,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
+
+from mpmworlds.sim.atomic import write_atomically
 
 Floats = npt.NDArray[np.float64]
 Singles = npt.NDArray[np.float32]
@@ -250,16 +252,9 @@ def save_states(path: Path, states: States, dtype: Dtype = "float32") -> None:
             arrays[name] = arrays[name].astype(dtype)
     found = invariants(states, states.gravity)
     arrays |= {f"invariants/{name}": values for name, values in found.items()}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    file = io.BytesIO()
+    np.savez_compressed(file, **arrays)
+    write_atomically(path, file.getvalue())
 
 
 def load_states(path: Path) -> States:

@@ -10,8 +10,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from mpmworlds.sim.atomic import write_atomically
 from mpmworlds.splits.assign import SPLITS, SplitParams, assign
-from mpmworlds.splits.atomic import write_atomically
 from mpmworlds.splits.checksums import CHECKSUMS, ChecksumError, read_checksums
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_]*", re.ASCII)

@@ -19,6 +19,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
+from benchmarks.physics.world import body, box, matter, world
+
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.encode import encode_mp4
 from mpmworlds.sim.link import link
@@ -37,38 +39,10 @@ BLOCKS = {
 
 def block(material: str) -> Scene:
     """A block of 10,000 particles that falls a little, at 128 cells and 0.1 ms."""
-    return Scene.from_data(
-        {
-            "schema": "mpmworlds-scene/1",
-            "simulation": {
-                "grid_resolution": 128,
-                "time_step_dt": 1e-4,
-                "substeps_per_frame": 100,
-                "duration_frames": 300,
-                "particles_per_cell": 4,
-                "seed": 0,
-            },
-            "environment": {
-                "gravity": [0.0, -9.8],
-                "walls": {"contact": "slip", "friction": 0.0, "thickness_cells": 3},
-            },
-            "objects": [
-                {
-                    "name": "object_0",
-                    "object_type": "dynamic_body",
-                    "shape": {
-                        "type": "box",
-                        "center": [0.4953, 0.2453],
-                        "size": [0.390625, 0.390625],
-                    },
-                    "physics_properties": {"constitutive_model": material}
-                    | BLOCKS[material],
-                    "visualization": {"color": "#2C90F5"},
-                }
-            ],
-            "output": {"resolution": 512, "framerate": 30},
-        }
+    falling = body(
+        box((0.4953, 0.2453), 0.390625, 0.390625), matter(material, **BLOCKS[material])
     )
+    return world(falling, cells=128, seconds=3.0, walls="slip", substeps=100)
 
 
 class Rival:

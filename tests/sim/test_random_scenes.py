@@ -8,6 +8,7 @@ import pytest
 from benchmarks.physics.contact import signed_depth
 
 from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.sim.checks import speed_of
 from mpmworlds.sim.link import link
 from mpmworlds.sim.run import run
 from mpmworlds.sim.scale import rescale
@@ -55,19 +56,6 @@ def fastest_allowed(scene):
     """
     fall = math.sqrt(2.0 * math.hypot(*scene.environment.gravity))
     return 1.5 * (fall + sum(map(speed_of, scene.objects)))
-
-
-def speed_of(thing):
-    """Fastest speed [m/s] that an object starts with or is moved at."""
-    if thing.object_type == "static_collider":
-        return 0.0
-    if thing.object_type == "emitter":
-        return math.hypot(*thing.emission.velocity)
-    reach = max(np.hypot(*p.T).max() for p in thing.shape.local_outline())
-    if thing.object_type == "kinematic_collider":
-        return thing.kinematics.fastest(reach)
-    state = thing.initial_state
-    return math.hypot(*state.velocity) + abs(state.angular_velocity) * reach
 
 
 def check(trial):

@@ -40,7 +40,7 @@ def add_link(verbs: Any) -> None:
 
 def link(options: argparse.Namespace) -> int:
     """Write the program of a scene."""
-    from mpmworlds.splits.atomic import write_atomically
+    from mpmworlds.sim.atomic import write_atomically
 
     program = _program(options.scene)
     if options.out:
@@ -99,11 +99,11 @@ def add_run(verbs: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run a program and write what was asked for."""
+    from mpmworlds.sim.atomic import write_atomically
     from mpmworlds.sim.encode import encode_mp4, frames_sha256
     from mpmworlds.sim.link import read_scene
     from mpmworlds.sim.run import run as run_program
     from mpmworlds.sim.states import save_states, summary
-    from mpmworlds.splits.atomic import write_atomically
 
     for name, value in (("frames", options.frames), ("framerate", options.framerate)):
         if value is not None and value < 1:
