@@ -5,18 +5,17 @@ killed loses at most the sample it was in, and the next run goes on from there. 
 holds results of one provenance only.
 """
 
-import fcntl
 import hashlib
 import json
 import logging
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import Any, Self
 
 from mpmworlds.metrics import VERSION, Row, definition
+from mpmworlds.sim.journal import Journal, JournalBusyError
 
 log = logging.getLogger(__name__)
 
@@ -184,12 +183,14 @@ class ResultsFile:
         self.path = path
         self.provenance = provenance
         self._done: dict[str, list[Result]] = {}
-        self._stream: BinaryIO = path.open("a+b")
         try:
-            self._lock()
+            self._journal = Journal(path)
+        except JournalBusyError as error:
+            raise ResultsError(f"{error}, or choose another folder") from error
+        try:
             self._recover()
         except BaseException:
-            self._stream.close()
+            self._journal.close()
             raise
 
     def __enter__(self) -> Self:
@@ -201,7 +202,7 @@ class ResultsFile:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._stream.close()
+        self._journal.close()
 
     def get(self, sample_id: str) -> list[Result] | None:
         """Return the results of a sample, or None if it has not been evaluated."""
@@ -211,45 +212,29 @@ class ResultsFile:
         """Record all candidates of one sample; on return they are on the disk."""
         common = asdict(self.provenance)
         lines = [json.dumps(asdict(result) | common) + "\n" for result in results]
-        self._stream.write("".join(lines).encode())
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
+        self._journal.append("".join(lines))
         self._done[results[0].sample_id] = list(results)
-
-    def _lock(self) -> None:
-        try:
-            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise ResultsError(
-                f"{self.path}: another process is writing it; wait for it, or choose "
-                "another folder"
-            ) from error
 
     def _recover(self) -> None:
         """Read what is there, and cut off a sample that was not written whole."""
-        self._stream.seek(0)
-        end = whole = 0
+        whole = 0
         pending: list[Result] = []
-        for number, line in enumerate(self._stream, 1):
-            if not line.endswith(b"\n"):
-                break
+        for number, line, end in self._journal.lines():
             row = _parse(self.path, number, line)
             _hold_to(self.provenance, self.path, number, row)
             pending.append(_result(row))
             self._hold_to_order(number, pending)
-            end += len(line)
             if len(pending) == pending[0].candidates:
                 self._done[pending[0].sample_id] = pending
                 pending, whole = [], end
-        size = self._stream.seek(0, os.SEEK_END)
-        if whole < size:
+        dropped = self._journal.cut(whole)
+        if dropped:
             log.warning(
                 "%s: the last sample was not written whole; its %d bytes are dropped, "
                 "and it is evaluated again",
                 self.path,
-                size - whole,
+                dropped,
             )
-            self._stream.truncate(whole)
 
     def _hold_to_order(self, number: int, pending: Sequence[Result]) -> None:
         """Raise unless the candidates of a sample follow each other, once."""

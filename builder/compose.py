@@ -1,79 +1,181 @@
-"""Parents: scenes composed of objects of two seeds, in a new layout."""
+"""Parents: scenes composed of objects of two or three seeds, in a new layout.
+
+How many objects and materials a scene has, and which, is drawn first, so that the
+corpus has the statistics that the paper reports; objects are then taken to match.
+"""
 
 import copy
+from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 
-from mpmworlds.builder.attempt import Data
-from mpmworlds.builder.modify import scale_shape
-from mpmworlds.builder.perturb import rounded
-from mpmworlds.sim.palette import PALETTE, hue_difference, saturation
-
-MOST_TAKEN = 2  # objects taken from the second seed
-HUE_STEP = 30.0  # least hue difference of a new object's colour [deg]
-MOVING_PARTS = ("initial_state", "kinematics", "emission")
-VECTORS = ("velocity", "amplitude")  # their x changes sign in a mirror
-TURNS = (  # and so do these
-    *("angle_deg", "angular_velocity", "amplitude_deg"),
-    *("surface_speed", "swing_deg"),
+from mpmworlds.builder.modify import turn_gravity
+from mpmworlds.builder.parts import (
+    NOT_EMITTED,
+    Data,
+    free_color,
+    give_material,
+    is_matter,
+    material_of,
+    mirror,
+    renamed,
+    rounded,
+    scale,
+    set_in_motion,
+    weighted,
 )
-VIVID = [color for color in PALETTE.values() if saturation(color) > 0.5]
+from mpmworlds.builder.place import NoRoomError, place
+
+OBJECTS: Final = {"1": 0.07, "2": 0.35, "3": 0.36, "4": 0.17, "5": 0.05}
+KINDS_OF_MATTER: Final = {"1": 0.775, "2": 0.163, "3": 0.052, "4": 0.01}
+MATERIALS: Final = {
+    "liquid": 0.29,
+    "elastic": 0.235,
+    "snow": 0.14,
+    "sand": 0.10,
+    "viscoplastic": 0.09,
+    "plastic": 0.04,
+    "elastic_fem": 0.03,
+    "viscoelastic": 0.03,
+    "wet_sand": 0.03,
+    "rigid": 0.02,
+}
+LAWS: Final = {"separate": 0.6, "slip": 0.2, "sticky": 0.2}
+GREY: Final = "#969696"
 
 
-def compose(rng: np.random.Generator, scene: Data, *, other: Data) -> Data:
-    """Put objects of another scene into a scene, in place; returns the record.
+def draw_counts(rng: np.random.Generator) -> tuple[int, int]:
+    """How many objects a scene is to have, and of how many materials."""
+    kinds = int(weighted(rng, KINDS_OF_MATTER))
+    return max(int(weighted(rng, OBJECTS)), kinds), kinds
 
-    The scene is mirrored or not. One or two objects are taken, scaled, placed anew and
-    given a colour that the scene does not have.
+
+def compose(
+    rng: np.random.Generator, seeds: Mapping[str, Data], count: int, kinds: int
+) -> tuple[Data, Data]:
+    """Compose a scene.
+
+    Parameters
+    ----------
+    rng
+        Source of all choices.
+    seeds
+        Plain data of the seeds to choose from, by name.
+    count, kinds
+        How many objects, and of how many materials.
+
+    Returns
+    -------
+    dict, dict
+        Plain data of the scene, not yet validated as a whole, and the record of what
+        was taken from where.
+
+    Raises
+    ------
+    NoRoomError
+        If the objects that were drawn do not fit; draw again.
     """
+    names = rng.permutation(sorted(seeds))[: 2 + int(rng.uniform() < 0.35)].tolist()
+    scene = copy.deepcopy(seeds[names[0]])
+    kept, taken = _choose(rng, [seeds[name] for name in names], count, kinds)
+    scene["objects"] = []
     mirrored = bool(rng.integers(2))
+    sources = [[names[source], number] for source, number, _ in kept + taken]
+    staying = [copy.deepcopy(thing) for _, _, thing in kept]
+    added = [copy.deepcopy(thing) for _, _, thing in taken]
     if mirrored:
-        mirror(scene)
-    count = int(rng.integers(1, min(MOST_TAKEN, len(other["objects"])) + 1))
-    chosen = sorted(rng.permutation(len(other["objects"]))[:count].tolist())
-    for i in chosen:
-        thing = copy.deepcopy(other["objects"][i])
-        scale_shape(thing["shape"], rounded(rng.uniform(0.6, 1.0), 2))
-        thing["shape"]["center"] = [rounded(x) for x in rng.uniform(0.08, 0.92, 2)]
-        thing["visualization"] = {"color": _free_color(rng, scene)}
-        scene["objects"].append(thing)
-    taken = [other["objects"][i]["name"] for i in chosen]
-    for i, thing in enumerate(scene["objects"]):
-        thing["name"] = f"object_{i}"
+        for thing in staying:
+            mirror(thing)
+    _vary(rng, staying, added)
+    _give_materials(rng, staying + added, kinds)
+    for thing in staying + added:
+        thing["visualization"]["color"] = GREY
+    for thing in staying + added:
+        _recolor(rng, thing, staying + added)
+    scene["objects"] = renamed(staying)
+    numbers = range(len(staying), count)
+    for number, thing in zip(numbers, added, strict=True):
+        place(rng, scene, thing | {"name": f"object_{number}"})
+    scene["environment"]["walls"]["contact"] = weighted(rng, LAWS)
+    if rng.uniform() < 0.15:
+        turn_gravity(rng, scene)
     scene["simulation"]["seed"] = int(rng.integers(2**31))
-    return {"operator": "compose", "mirrored": mirrored, "taken": taken}
+    record = {"operator": "compose", "objects": sources, "kept": len(staying)}
+    givers = {source for source, _, _ in kept + taken} | {
+        0
+    }  # whose surroundings it has
+    used = [name for source, name in enumerate(names) if source in givers]
+    return scene, record | {"mirrored": mirrored, "seeds": used}
 
 
-def mirror(scene: Data) -> None:
-    """Exchange left and right, in place."""
-    gravity = scene["environment"]["gravity"]
-    gravity[0] = 0.0 - gravity[0]
-    for thing in scene["objects"]:
-        shape = thing["shape"]
-        shape["center"][0] = rounded(1.0 - shape["center"][0])
-        for vertex in shape.get("vertices", []):
-            vertex[0] = 0.0 - vertex[0]
-        for part in (shape, *(thing.get(name, {}) for name in MOVING_PARTS)):
-            for key in TURNS:
-                if key in part:
-                    part[key] = 0.0 - part[key]
-            for key in VECTORS:
-                if key in part:
-                    part[key][0] = 0.0 - part[key][0]
-        if shape["type"] == "fan_blades":  # its first blade points to the other side
-            shape["angle_deg"] = (shape["angle_deg"] + 360.0) % 360.0 - 180.0
+Pick = tuple[int, int, Data]  # number of the seed, number of the object, the object
 
 
-def _free_color(rng: np.random.Generator, scene: Data) -> str:
-    """A vivid palette colour whose hue no coloured object of the scene is near.
+def _choose(
+    rng: np.random.Generator, scenes: list[Data], count: int, kinds: int
+) -> tuple[list[Pick], list[Pick]]:
+    """Objects that stay where they are in the first seed, and others to be placed.
 
-    Where a scene has no room for another hue it is any vivid one, and no valid draw.
+    Those to be placed begin with matter, since a scene without any is not valid.
     """
-    used = [o["visualization"]["color"] for o in scene["objects"]]
-    hued = [color for color in used if saturation(color) > 0.2]
-    free = [
-        color
-        for color in VIVID
-        if all(hue_difference(color, other) > HUE_STEP for other in hued)
+    picks = [
+        (n, i, thing)
+        for n, s in enumerate(scenes)
+        for i, thing in enumerate(s["objects"])
     ]
-    return str(rng.choice(free or VIVID))
+    first = [pick for pick in picks if pick[0] == 0]
+    stay = int(rng.integers(1, count)) if count > 1 else 0
+    kept = [first[i] for i in sorted(rng.permutation(len(first))[:stay].tolist())]
+    matter = kinds + int(rng.binomial(count - kinds, 0.35))
+    need = max(matter - sum(is_matter(thing) for _, _, thing in kept), 0)
+    rest = [pick for pick in picks if count == 1 or pick[0] > 0]
+    rest = [rest[i] for i in rng.permutation(len(rest)).tolist()]
+    grains = [pick for pick in rest if is_matter(pick[2])]
+    solids = [pick for pick in rest if not is_matter(pick[2])]
+    left = count - len(kept)
+    need = min(need, left)
+    taken = grains[:need] + solids[: left - need]
+    if len(kept) + len(taken) < count:
+        raise NoRoomError("these seeds have too few objects of the kinds drawn")
+    if sum(is_matter(thing) for _, _, thing in kept + taken) < kinds:
+        raise NoRoomError("too few objects of matter for the materials drawn")
+    return kept, taken
+
+
+def _vary(rng: np.random.Generator, staying: list[Data], added: list[Data]) -> None:
+    """Scale and set in motion, in place."""
+    for thing in added:
+        scale(thing, rounded(rng.uniform(0.6, 1.25), 2))
+    chances = {
+        "static_collider": 0.2,
+        "kinematic_collider": 0.5,
+        "dynamic_body": 0.4,
+        "emitter": 0.5,
+    }
+    for thing in staying + added:
+        if rng.uniform() < chances[thing["object_type"]]:
+            set_in_motion(rng, thing)
+
+
+def _give_materials(rng: np.random.Generator, things: list[Data], kinds: int) -> None:
+    """Make the matter consist of so many materials, in place."""
+    weights, chosen = dict(MATERIALS), []
+    for _ in range(kinds):
+        chosen.append(weighted(rng, weights))
+        del weights[chosen[-1]]
+    matter = [thing for thing in things if is_matter(thing)]
+    order = rng.permutation(len(matter)).tolist()
+    for n, i in enumerate(order):
+        name = chosen[n] if n < kinds else str(rng.choice(chosen))
+        if matter[i]["object_type"] == "emitter" and name in NOT_EMITTED:
+            raise NoRoomError(f"a nozzle cannot release {name}")
+        if material_of(matter[i]) != name:
+            give_material(rng, matter[i], name)
+
+
+def _recolor(rng: np.random.Generator, thing: Data, things: list[Data]) -> None:
+    """A colour of its own; still obstacles are grey half of the time."""
+    if thing["object_type"] == "static_collider" and rng.integers(2):
+        return
+    thing["visualization"]["color"] = free_color(rng, things)

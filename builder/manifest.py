@@ -7,6 +7,7 @@ import hashlib
 import io
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
@@ -14,8 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mpmworlds.sim.atomic import write_atomically
-
-KINDS: Final = ("seed", "parent", "child", "perturbation")
+from mpmworlds.splits.ids import KINDS
 
 
 class ManifestError(ValueError):
@@ -105,7 +105,7 @@ def write_manifest(path: Path, rows: Sequence[ManifestRow]) -> None:
     _check_rows(rows, str(path))
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=SCHEMA)
     buffer = io.BytesIO()
-    pq.write_table(table, buffer, compression="zstd", row_group_size=4096)
+    pq.write_table(table, buffer, compression="zstd", compression_level=9)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, buffer.getvalue())
 
@@ -130,16 +130,73 @@ def read_manifest(path: Path) -> list[ManifestRow]:
     ManifestError
         If the file is no Parquet file, has other columns, or contradicts itself.
     """
+    rows = [_row_of(record) for record in read_table(path).to_pylist()]
+    _check_rows(rows, str(path))
+    return rows
+
+
+def recorded_manifest(config: str) -> Path:
+    """Where the manifest is that comes with the package.
+
+    Parameters
+    ----------
+    config
+        Name of the corpus, such as ``full``.
+
+    Returns
+    -------
+    Path
+        A file of `write_manifest`.
+
+    Raises
+    ------
+    LookupError
+        If the package has none of that name.
+    """
+    folder = files("mpmworlds.builder").joinpath("recorded")
+    found = folder.joinpath(f"{config}.parquet")
+    if not found.is_file():
+        suffix = ".parquet"
+        names = [f.name for f in folder.iterdir()] if folder.is_dir() else []
+        there = sorted(n.removesuffix(suffix) for n in names if n.endswith(suffix))
+        raise LookupError(
+            f"there is no recorded manifest of {config!r}, only of {there}; choose "
+            f"another --config, or plan one: mpmworlds plan --config {config} --out "
+            "FILE, and name it with --manifest FILE"
+        )
+    return Path(str(found))
+
+
+def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """Read columns of a manifest as they are: fast, and without checking the rows.
+
+    Parameters
+    ----------
+    path
+        File that ``write_manifest`` wrote.
+    columns
+        Names of the columns to read; all if None.
+
+    Returns
+    -------
+    pyarrow.Table
+        Those columns, with the rows in the order of the file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ManifestError
+        If the file is no Parquet file or has other columns than a manifest.
+    """
     try:
-        table = pq.read_table(path)
+        with pq.ParquetFile(path) as file:
+            _check_columns(file.schema_arrow, path)
+            return file.read(columns=columns)
     except pa.ArrowInvalid as error:
         raise ManifestError(
             f"{path}: no readable Parquet file ({error}); write the manifest again"
         ) from error
-    _check_columns(table.schema, path)
-    rows = [_row_of(record) for record in table.to_pylist()]
-    _check_rows(rows, str(path))
-    return rows
 
 
 def _row_of(record: dict[str, object]) -> ManifestRow:

@@ -1,114 +1,131 @@
-"""Render the rows of a manifest into a store, on all cores, resumably.
+"""Render the rows of a manifest into a store, resumably, on all cores or a cluster.
 
 What is in the store already is left alone, so an interrupted run goes on where it
-stopped. A sample that fails is recorded with its reason and stops nothing else.
+stopped. A sample that fails is recorded with its reason and stops nothing else. Several
+runs may share a store: each renders what no other has rendered or is rendering.
 """
 
 import json
-import multiprocessing
-import os
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+import math
+import resource
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Final, Generic, Protocol, TypeVar
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.builder.disk import disk_errors_named
-from mpmworlds.builder.manifest import ManifestRow, text_sha256
-from mpmworlds.builder.store import Store
+from mpmworlds.builder.executors import Executor, Lost
+from mpmworlds.builder.manifest import ManifestRow
+from mpmworlds.builder.render import Failed, Rendered
+from mpmworlds.builder.store import Store, renderer
+from mpmworlds.builder.timings import Timing, append_line, append_timing
 from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.locks import Hold
+
+ATTEMPTS: Final = 3  # starts of a sample whose process is killed
+POLL: Final = 0.5  # seconds between looks at what another run is rendering
 
 
-@dataclass(frozen=True)
-class Job:
-    """A program to render.
+class Task(Protocol):
+    """What is rendered: a manifest row, or a program that is linked already."""
 
-    Attributes
-    ----------
-    id
-        Id of the sample.
-    program
-        The program text.
-    framerate
-        Frames per second of the video [1/s].
-    """
+    @property
+    def id(self) -> str:
+        """Id of the sample."""
 
-    id: str
-    program: str
-    framerate: int
+    @property
+    def program_sha256(self) -> str:
+        """SHA-256 of its program text."""
+
+
+T = TypeVar("T", bound=Task)
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A sample that was not rendered, and why."""
+    """A sample that was not rendered, why, and after how many attempts.
+
+    The reason is a kind, a colon and a message.
+    """
 
     id: str
     reason: str
+    attempts: int = 1
+
+    @property
+    def kind(self) -> str:
+        """Kind of failure, e.g. ``crash`` or ``ColorError``."""
+        return self.reason.partition(":")[0]
 
 
 @dataclass(frozen=True)
 class Materialised:
-    """How many samples were rendered, were there before, and failed."""
+    """What became of the samples.
+
+    Attributes
+    ----------
+    rendered, reused
+        How many were rendered, and were there before or come from another run.
+    failures
+        The others, sorted by id.
+    simulation_seconds, encoding_seconds
+        Wall time of the rendered samples, summed over all processes [s].
+    seconds
+        Wall time of everything [s].
+    bytes
+        Size of the rendered videos.
+    """
 
     rendered: int
     reused: int
     failures: tuple[Failure, ...]
+    simulation_seconds: float = 0.0
+    encoding_seconds: float = 0.0
+    seconds: float = 0.0
+    bytes: int = 0
 
+    def failures_by_kind(self) -> dict[str, list[Failure]]:
+        """Group the failures, the most frequent kind first."""
+        count = Counter(failure.kind for failure in self.failures)
+        return {
+            kind: [failure for failure in self.failures if failure.kind == kind]
+            for kind, _ in count.most_common()
+        }
 
-def job_of(row: ManifestRow) -> Job:
-    """Link the scene of a manifest row.
-
-    Parameters
-    ----------
-    row
-        The sample.
-
-    Returns
-    -------
-    Job
-        Its program.
-
-    Raises
-    ------
-    ValueError
-        If the linker writes another program than the manifest records.
-    """
-    scene = Scene.from_yaml(row.scene, source=row.id)
-    program = link(scene)
-    if text_sha256(program) != row.program_sha256:
-        raise ValueError(
-            f"{row.id}: the linked program's sha256 is {text_sha256(program)[:12]}..., "
-            f"the manifest says {row.program_sha256[:12]}...; the manifest is from "
-            "another version of mpmworlds: plan it again or use that version"
-        )
-    return Job(row.id, program, scene.output.framerate)
+    def summary(self) -> dict[str, object]:
+        """All of it for a program to read, with failures counted by kind."""
+        kinds = {kind: len(found) for kind, found in self.failures_by_kind().items()}
+        return asdict(self) | {"failed": len(self.failures), "failures": kinds}
 
 
 def materialise(
-    rows: Iterable[ManifestRow], store: Store, failures_path: Path, workers: int = 0
+    tasks: Sequence[T],
+    store: Store,
+    failures_path: Path,
+    executor: Executor[T, Rendered | Failed],
 ) -> Materialised:
-    """Render every row that the store lacks.
+    """Render every sample that the store lacks.
 
     Parameters
     ----------
-    rows
-        The samples.
+    tasks
+        The samples, with different ids.
     store
         Where the videos go.
     failures_path
-        JSON Lines file of the samples that failed, {"id", "reason"} each; replaced.
-    workers
-        Number of processes, 0 for one per core.
+        JSON Lines file of the samples that failed, {"id", "reason", "attempts"} each;
+        replaced, appended to as they fail, sorted at the end.
+    executor
+        What renders a task: ``open_executor(render_row)``.
 
     Returns
     -------
     Materialised
-        Counts, and the failures sorted by id.
+        Counts, seconds and failures.
 
     Raises
     ------
@@ -117,114 +134,123 @@ def materialise(
     ValueError
         If a manifest row does not link to the program that it records.
     """
-    samples = list(rows)
-    missing = [row for row in samples if store.get(row.program_sha256) is None]
-    failures = render(map(job_of, missing), len(missing), store, failures_path, workers)
-    return Materialised(
-        rendered=len(missing) - len(failures),
-        reused=len(samples) - len(missing),
-        failures=tuple(failures),
-    )
-
-
-def render(
-    jobs: Iterable[Job], total: int, store: Store, failures_path: Path, workers: int = 0
-) -> list[Failure]:
-    """Render programs that are linked already, whether they are in the store or not.
-
-    Parameters
-    ----------
-    jobs
-        The programs, taken one by one as processes become free.
-    total
-        How many there are, for the progress bar.
-    store, failures_path, workers
-        See ``materialise``.
-
-    Returns
-    -------
-    list of Failure
-        The samples that failed, sorted by id.
-    """
-    failures: list[Failure] = []
-    failures_path.parent.mkdir(parents=True, exist_ok=True)
+    start = time.monotonic()
+    reused, timings, failures = 0, list[Timing](), list[Failure]()
+    store.sweep()
     _write_failures(failures_path, failures)
-    with tqdm(total=total, desc="materialise", unit="sample") as bar:
-        for job, reason in _outcomes(jobs, store, workers or os.cpu_count() or 1):
-            if reason is not None:
-                failures.append(Failure(job.id, reason))
-                failures.sort(key=lambda failure: failure.id)
-                _write_failures(failures_path, failures)
+    with tqdm(total=len(tasks), desc="materialise", unit="sample") as bar:
+        for found in _Run(store, executor).outcomes(tasks):
+            if isinstance(found, Timing):
+                timings.append(found)
+            elif isinstance(found, Failure):
+                failures.append(found)
+                append_line(failures_path, _line(found))
+            else:
+                reused += 1
             bar.update()
-    return failures
-
-
-def _outcomes(
-    jobs: Iterable[Job], store: Store, workers: int
-) -> Iterator[tuple[Job, str | None]]:
-    """Yield each job with None, or the reason of its failure."""
-    queue = iter(jobs)
-    # When a process is killed, e.g. for lack of memory, all jobs in flight are lost:
-    # each is tried once more, alone, to tell the culprit from its victims.
-    suspects: list[Job] = []
-    running: dict[Future[str | None], Job] = {}
-    pool = _pool(workers)
-    try:
-        while True:
-            alone = bool(suspects)
-            while len(running) < (1 if alone else 2 * workers):
-                job = suspects.pop() if alone else next(queue, None)
-                if job is None:
-                    break
-                running[pool.submit(_render, job, store)] = job
-            if not running:
-                return
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            if any(isinstance(f.exception(), BrokenProcessPool) for f in done):
-                pool.shutdown()
-                pool = _pool(workers)
-                done = set(running)
-            for future in done:
-                job = running.pop(future)
-                if not isinstance(future.exception(), BrokenProcessPool):
-                    yield job, future.result()
-                elif alone:
-                    yield job, "its process was killed, perhaps for lack of memory"
-                else:
-                    suspects.append(job)
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(
-        workers, multiprocessing.get_context("spawn"), initializer=_one_thread
+    failures.sort(key=lambda failure: failure.id)
+    _write_failures(failures_path, failures)
+    return Materialised(
+        rendered=len(timings),
+        reused=reused,
+        failures=tuple(failures),
+        simulation_seconds=sum(t.simulation_seconds for t in timings),
+        encoding_seconds=sum(t.encoding_seconds for t in timings),
+        seconds=time.monotonic() - start,
+        bytes=sum(t.bytes for t in timings),
     )
 
 
-def _one_thread() -> None:
-    # One process per core: threads of the video decoder would only get in the way.
-    os.environ["OPENCV_FFMPEG_THREADS"] = "1"
+class _Reused:
+    """There is a sample in the store."""
 
 
-def _render(job: Job, store: Store) -> str | None:
-    """Render one job in a worker; None, or the reason of its failure."""
-    try:
-        outcome = run(job.program)
-        if outcome.status != "ok":
-            return f"{outcome.status}: {outcome.message}"
-        store.put(job.program, outcome.frames, job.framerate)
-    except OSError:  # the machine's trouble, not the sample's
-        raise
-    except Exception as error:  # noqa: BLE001  # one sample must not stop the rest
-        return f"{type(error).__name__}: {error}"
-    return None
+class _Run(Generic[T]):
+    """One run over tasks, with at most as many in flight as the executor has slots."""
+
+    def __init__(self, store: Store, executor: Executor[T, Rendered | Failed]) -> None:
+        self._store = store
+        self._executor = executor
+        # Every claim is an open file, and a process may have only so many.
+        files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+        self._most = math.inf if files == resource.RLIM_INFINITY else files // 2
+        self._claims: dict[str, Hold] = {}  # of the tasks in flight, by id
+        self._elsewhere: list[T] = []  # what another run has claimed
+        self._attempts: Counter[str] = Counter()
+
+    def outcomes(self, tasks: Iterable[T]) -> Iterator[_Reused | Timing | Failure]:
+        """Yield what becomes of each task, in any order."""
+        try:
+            yield from self._start(tasks)
+            while self._elsewhere or self._claims:
+                again, self._elsewhere = self._elsewhere, []
+                yield from self._start(again)
+                yield from self._end(POLL if self._elsewhere else None)
+        finally:
+            for claim in self._claims.values():
+                claim.release()
+
+    def _start(self, tasks: Iterable[T]) -> Iterator[_Reused | Timing | Failure]:
+        """Start tasks as there is room, but for those that are done or claimed."""
+        for task in tasks:
+            claim = self._store.claim(task.program_sha256)
+            if claim is None:
+                self._elsewhere.append(task)
+                continue
+            self._claims[task.id] = claim
+            if self._store.get(task.program_sha256):
+                self._claims.pop(task.id).release()
+                yield _Reused()
+                continue
+            self._submit(task)
+            full = len(self._claims) >= min(self._executor.slots, self._most)
+            yield from self._end(None if full else 0)
+
+    def _submit(self, task: T) -> None:
+        self._attempts[task.id] += 1
+        self._executor.submit(task)
+
+    def _end(self, timeout: float | None) -> Iterator[Timing | Failure]:
+        """Keep what has ended; what was lost starts again a few times."""
+        for task, result in self._executor.wait(timeout):
+            attempts = self._attempts[task.id]
+            if isinstance(result, Lost) and attempts < ATTEMPTS:
+                self._submit(task)
+                continue
+            if isinstance(result, Rendered):
+                outcome: Timing | Failure = self._keep(task, result)
+            elif isinstance(result, Lost):
+                outcome = Failure(task.id, f"lost: {result.reason}", attempts)
+            else:
+                outcome = Failure(task.id, result.reason, attempts)
+            self._claims.pop(task.id).release()
+            yield outcome
+
+    def _keep(self, task: T, result: Rendered) -> Timing:
+        if result.renderer != renderer():
+            raise ValueError(
+                f"{task.id}: rendered by {result.renderer}, this machine has "
+                f"{renderer()}; install the same versions on all machines"
+            )
+        self._store.add(result.sample)
+        timing = Timing(
+            id=task.id,
+            program_sha256=task.program_sha256,
+            simulation_seconds=round(result.simulation_seconds, 3),
+            encoding_seconds=round(result.encoding_seconds, 3),
+            bytes=len(result.sample.video),
+        )
+        append_timing(self._store.root, timing)
+        return timing
+
+
+def _line(failure: Failure) -> str:
+    return json.dumps(asdict(failure)) + "\n"
 
 
 def _write_failures(path: Path, failures: Iterable[Failure]) -> None:
-    lines = [json.dumps(asdict(failure)) + "\n" for failure in failures]
     with disk_errors_named(path):
-        write_atomically(path, "".join(lines).encode())
+        write_atomically(path, "".join(map(_line, failures)).encode())
 
 
 def write_record(path: Path, rows: Iterable[ManifestRow], store: Store) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmworlds.builder.attempt import Data
+from mpmworlds.builder.parts import Data, rounded
 from mpmworlds.sim.errors import SceneError
 from mpmworlds.sim.scene import Scene
 
@@ -37,28 +37,28 @@ def perturb(rng: np.random.Generator, scene: Data) -> Data:
     materials and the number of objects stay. Objects are jittered one after another,
     each so that the scene stays valid; one that has no room stays as it is.
     """
-    jittered = [
-        thing["name"]
-        for i, thing in enumerate(scene["objects"])
-        if _jitter_within(rng, scene, i)
-    ]
+    valid, jittered = Scene.from_data(scene), []
+    for i, thing in enumerate(scene["objects"]):
+        found = _jitter_within(rng, valid, i, thing)
+        if found:
+            valid, scene["objects"][i] = found
+            jittered.append(thing["name"])
     scene["simulation"]["seed"] = int(rng.integers(2**31))
     return {"operator": "perturb", "jittered": jittered}
 
 
-def _jitter_within(rng: np.random.Generator, scene: Data, i: int) -> bool:
-    """Jitter object i so that the scene stays valid; whether there was room."""
-    things = scene["objects"]
+def _jitter_within(
+    rng: np.random.Generator, scene: Scene, i: int, origin: Data
+) -> tuple[Scene, Data] | None:
+    """Jitter object i so that the scene stays valid; None if there is no room."""
     for _ in range(TRIES):
-        thing = copy.deepcopy(things[i])
+        thing = copy.deepcopy(origin)
         _jitter(rng, thing)
         try:
-            Scene.from_data(scene | {"objects": [*things[:i], thing, *things[i + 1 :]]})
+            return scene.with_object(i, thing), thing
         except SceneError:
             continue
-        things[i] = thing
-        return True
-    return False
+    return None
 
 
 def _jitter(rng: np.random.Generator, thing: Data) -> None:
@@ -84,8 +84,3 @@ def _jitter(rng: np.random.Generator, thing: Data) -> None:
         for key in keys:
             if key in part:
                 part[key] = scaled(part[key])
-
-
-def rounded(value: float, digits: int = 4) -> float:
-    """A number short enough to read: large ones keep four significant digits."""
-    return float(f"{value:.4g}") if abs(value) >= 1.0 else round(float(value), digits)

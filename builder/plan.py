@@ -1,129 +1,101 @@
 """The plan of a corpus: every scene, its lineage and its split, before any is rendered.
 
-Each sample draws from a stream keyed by its own id, so that samples can be added
-without changing any other.
+Parents are chosen first, then each family on its own, by as many processes as there
+are. A family that is planned is kept beside the manifest until all are, so that a plan
+that was cut off goes on where it stopped; the bytes of the manifest depend on the
+parameters only.
 """
 
+import hashlib
 import json
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+import shutil
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.builder.attempt import Data, NoCandidateError, first_valid
-from mpmworlds.builder.compose import compose
-from mpmworlds.builder.manifest import ManifestRow, text_sha256, write_manifest
-from mpmworlds.builder.modify import modify
-from mpmworlds.builder.perturb import perturb
-from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.builder.streams import stream
-from mpmworlds.sim.emit import materials_of
-from mpmworlds.sim.link import link
-from mpmworlds.sim.scale import rescale
-from mpmworlds.sim.scene import Scene
-from mpmworlds.splits.assign import SplitParams, split_of
-from mpmworlds.splits.ids import SampleId
-
-MOST_PAIRS = 20  # pairs of seeds tried for a parent
-COUNTS = (
-    "parents",
-    "children",
-    "root_perturbations",
-    "child_perturbations",
-    "duration_frames",
+from mpmworlds.builder.candidates import Draft
+from mpmworlds.builder.executors import Executor, Lost, open_executor
+from mpmworlds.builder.families import Family, Planner, Task, carry_out
+from mpmworlds.builder.manifest import (
+    ManifestRow,
+    read_manifest,
+    text_sha256,
+    write_manifest,
 )
+from mpmworlds.builder.profile import Profile, sample_ids
+from mpmworlds.builder.screen import Findings
+from mpmworlds.builder.templates import NEAR_ROOTS, Choice, Screen, Templates, is_near
+from mpmworlds.builder.trials import append_journal, read_journal, read_recorded
+from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.splits.ids import SampleId
+from mpmworlds.splits.similarity import structure
+
+SOURCES: Final = ("sim", "builder", "splits")  # folders that decide what is planned
+ATTEMPTS: Final = 3  # at work at which a process is lost
+
+
+class PlanCutOffError(RuntimeError):
+    """A process was killed; what is finished is kept."""
 
 
 @dataclass(frozen=True)
-class Profile:
-    """A corpus to plan: how many scenes of each kind, and at which resolution.
+class Planned:
+    """A plan.
 
     Attributes
     ----------
-    root_seed
-        Seed of every random choice.
-    seeds
-        Ids of the seed scenes that are part of it, such as ``s03``. Parents are
-        composed from all seeds.
-    parents
-        How many composed parents.
-    children
-        Children of each seed and each parent.
-    root_perturbations, child_perturbations
-        Perturbations of each seed and parent, and of each child.
-    grid_resolution, resolution
-        Cells and pixels per side.
-    duration_frames
-        Frames of a video.
-    split
-        Parameters of the splits.
+    rows
+        The manifest, in the order of the ids.
+    rejected
+        How many candidates for templates were rejected, by kind and reason.
+    trials
+        Findings of all trials that it rests on.
     """
 
-    root_seed: int
-    seeds: tuple[str, ...]
-    parents: int
-    children: int
-    root_perturbations: int
-    child_perturbations: int
-    grid_resolution: int
-    resolution: int
-    duration_frames: int
-    split: SplitParams
-
-    @classmethod
-    def from_params(cls, params: dict[str, Any], name: str) -> "Profile":
-        """Read a profile from the data of ``params.yaml``; raises `PlanError`."""
-        profiles = params.get("profiles") or {}
-        if name not in profiles:
-            raise PlanError(
-                f"profile {name!r} is not in params.yaml; it has {sorted(profiles)}"
-            )
-        start = f"params.yaml: profile {name!r}"
-        try:
-            fields = dict(profiles[name])
-            return cls(
-                split=SplitParams(**fields.pop("split")),
-                seeds=tuple(fields.pop("seeds")),
-                root_seed=params["root_seed"],
-                **fields,
-            )
-        except KeyError as error:
-            raise PlanError(f"{start}: {error} is missing; add it") from None
-        except (TypeError, ValueError) as error:
-            raise PlanError(f"{start}: {error}") from None
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be a number of scenes or frames."""
-        for name in COUNTS:
-            value, least = getattr(self, name), int(name == "duration_frames")
-            if not isinstance(value, int) or value < least:
-                raise PlanError(
-                    f"{name} = {value!r}, must be a whole number >= {least}"
-                )
-
-
-class PlanError(ValueError):
-    """Parameters from which no corpus can be planned."""
+    rows: list[ManifestRow]
+    rejected: dict[str, dict[str, int]]
+    trials: dict[str, Findings]
 
 
 @dataclass(frozen=True)
-class Draft:
-    """A planned sample: at full resolution for its descendants, and as it is kept."""
+class _Work:
+    """What the steps of a plan share."""
 
-    id: SampleId
-    kind: str
-    made_from: str
-    seeds: tuple[str, ...]
-    edit: str
-    full: Scene
-    kept: Scene
+    profile: Profile
+    parts: Path
+    journal: Path
+    executor: Executor[Task, Any]
+    known: set[str]  # keys of trials that need no journal any more
+    found: dict[str, Findings]  # of all trials that the plan rests on
+
+    def keep(self, found: dict[str, Findings]) -> None:
+        """Keep findings; new ones go to the journal first."""
+        new = {key: f for key, f in found.items() if key not in self.known}
+        if new:
+            append_journal(self.journal, new)
+            self.known.update(new)
+        self.found.update(found)
 
 
-def write_plan(profile: Profile, path: Path) -> list[ManifestRow]:
+def write_plan(
+    profile: Profile,
+    path: Path,
+    *,
+    workers: int = 0,
+    ray: str | None = None,
+    trials: Path | None = None,
+) -> Planned:
     """Plan a corpus and write its manifest.
+
+    Beside the manifest are kept, while it is made: families (``NAME.parts``) and the
+    journal of trials (``NAME.trials.jsonl``). The counts of what was rejected go to
+    ``NAME.rejected.json``.
 
     Parameters
     ----------
@@ -131,132 +103,170 @@ def write_plan(profile: Profile, path: Path) -> list[ManifestRow]:
         What to plan.
     path
         File to write.
+    workers, ray
+        Where the work is done, see `mpmworlds.builder.executors.open_executor`.
+    trials
+        Recorded findings of trials, which are then not run again.
 
     Returns
     -------
-    list of ManifestRow
-        What was written, in the order of the ids.
+    Planned
+        What was written, and what it rests on.
 
     Raises
     ------
     PlanError
         If the profile asks for a seed that there is not.
     NoCandidateError
-        If no draw for a sample is a valid scene.
+        If no draw for a sample is a valid scene that passes.
+    PlanCutOffError
+        If a process was killed again and again.
     """
-    drafts = tqdm(
-        plan(profile), desc="plan", unit="scene", total=len(sample_ids(profile))
-    )
-    rows = sorted((_row(draft, profile) for draft in drafts), key=lambda row: row.id)
+    journal = path.with_suffix(".trials.jsonl")
+    known = read_recorded(trials) if trials else {}
+    known |= read_journal(journal)
+    Templates(profile, Screen(known))  # raises what is wrong with the profile
+    parts = path.with_suffix(".parts")
+    with open_executor(partial(carry_out, Planner(profile, known)), workers, ray) as ex:
+        work = _Work(profile, parts, journal, ex, set(known), {})
+        choices = _choose_parents(work)
+        families = _plan_families(work, choices)
+    rows = sorted((row for f in families for row in f.rows), key=lambda row: row.id)
+    rejected = {
+        "parents": _counted(reason for c in choices for reason in c.rejected),
+        "children": _counted(reason for f in families for reason in f.rejected),
+    }
     write_manifest(path, rows)
-    return rows
+    text = json.dumps(rejected, indent=1, sort_keys=True) + "\n"
+    write_atomically(path.with_suffix(".rejected.json"), text.encode())
+    shutil.rmtree(parts, ignore_errors=True)
+    return Planned(rows, rejected, work.found)
 
 
-def sample_ids(profile: Profile) -> list[str]:
-    """Ids of a corpus, sorted, without planning its scenes."""
-    roots = [SampleId.parse(seed) for seed in profile.seeds]
-    roots += [SampleId.parse(f"p{i:04d}") for i in range(profile.parents)]
-    children = [SampleId(r.family, j) for r in roots for j in range(profile.children)]
-    perturbed = [
-        SampleId(template.family, template.child, j)
-        for template, count in [
-            *((root, profile.root_perturbations) for root in roots),
-            *((child, profile.child_perturbations) for child in children),
-        ]
-        for j in range(count)
-    ]
-    return sorted(map(str, roots + children + perturbed))
+def _choose_parents(work: _Work) -> list[Choice]:
+    """Seeds, and parents of which none nearly repeats a root before it."""
+    roots = work.profile.roots()
+    choices: dict[SampleId, Choice] = {}
+    jobs: dict[SampleId, frozenset[int]] = dict.fromkeys(roots, frozenset())
+    with tqdm(total=len(roots), desc="parents", unit="scene") as bar:
+        while jobs:
+            for sample, choice, found in _run(work, "root", list(jobs.items())):
+                choices[sample] = choice
+                work.keep(found)
+                bar.update(bar.n < bar.total)
+            choices = {sample: choices[sample] for sample in roots}
+            jobs = _first_repeat(work.profile, choices)
+    return list(choices.values())
 
 
-def plan(profile: Profile) -> Iterator[Draft]:
-    """Yield the samples of a corpus: roots, their children, then perturbations."""
-    for root in _roots(profile, load_seeds()):
-        family, templates = root.id.family, [root]
-        for j in range(profile.children):
-            sample = SampleId(family, j)
-            templates.append(_descendant(profile, root, sample, "child"))
-        yield from templates
-        for template in templates:
-            count = profile.child_perturbations
-            if template is root:
-                count = profile.root_perturbations
-            for j in range(count):
-                sample = SampleId(family, template.id.child, j)
-                yield _descendant(profile, template, sample, "perturbation")
+def _first_repeat(
+    profile: Profile, choices: dict[SampleId, Choice]
+) -> dict[SampleId, frozenset[int]]:
+    """The first parent that nearly repeats a root before it, and draws it may not take.
+
+    Those after it are looked at once it has been drawn anew. A seed counts only for
+    the parents that could have been composed of it.
+    """
+    alike: dict[str, list[Draft]] = {}
+    for sample, choice in choices.items():
+        draft = choice.draft
+        others = alike.setdefault(structure(draft.full), [])
+        if draft.kind == "parent":
+            limit = profile.batch_of(sample)[0].seeds
+            rivals = [
+                other.full
+                for other in others
+                if other.kind == "parent" or int(other.id.family[1:]) < limit
+            ]
+            if is_near(draft.full, rivals, NEAR_ROOTS):
+                draws = enumerate(choice.rejected)
+                before = [n for n, reason in draws if reason == "near_duplicate"]
+                return {sample: frozenset([*before, choice.draw])}
+        others.append(draft)
+    return {}
 
 
-def _roots(profile: Profile, seeds: dict[str, Scene]) -> Iterator[Draft]:
-    names = {name.split("_")[0]: name for name in seeds}
-    for seed in profile.seeds:
-        if seed not in names:
-            raise PlanError(f"there is no seed {seed!r}; there are {', '.join(names)}")
-        scene = seeds[names[seed]]
-        sample, kept = SampleId.parse(seed), _kept(profile, scene)
-        yield Draft(sample, "seed", "", (names[seed],), "", scene, kept)
-    for i in range(profile.parents):
-        yield _parent(profile, i, seeds)
+def _plan_families(work: _Work, choices: Sequence[Choice]) -> list[Family]:
+    """All families: those that are kept already, and those that are missing."""
+    families: dict[str, Family] = {}
+    missing, places = [], {}
+    source = _sources_sha256()
+    for choice in choices:
+        part = _part(work, choice.draft, source)
+        if part.with_suffix(".json").exists():
+            families[str(choice.draft.id)] = _read_part(part)
+        else:
+            missing.append((choice.draft.id, choice.draft))
+            places[choice.draft.id] = part
+    total = len(sample_ids(work.profile))
+    with tqdm(total=total, desc="families", unit="scene") as bar:
+        bar.update(sum(len(f.rows) for f in families.values()))
+        for sample, family in _run(work, "family", missing):
+            work.keep(family.trials)
+            _write_part(places[sample], family)
+            families[str(sample)] = family
+            bar.update(len(family.rows))
+    for family in families.values():
+        work.found.update(family.trials)
+    return [families[str(choice.draft.id)] for choice in choices]
 
 
-def _parent(profile: Profile, i: int, seeds: dict[str, Scene]) -> Draft:
-    """Compose two seeds; a pair that leaves no room gives way to another."""
-    sample = SampleId.parse(f"p{i:04d}")
-    rng, fault = stream(profile.root_seed, "parent", str(sample)), ""
-    for _ in range(MOST_PAIRS):
-        base, other = rng.permutation(sorted(seeds))[:2].tolist()
-        edit = partial(compose, rng, other=seeds[other].to_data())
-        try:
-            full, kept, record = _edited(profile, str(sample), seeds[base], edit)
-        except NoCandidateError as error:
-            fault = str(error)
-            continue
-        return Draft(sample, "parent", "", (base, other), record, full, kept)
-    raise NoCandidateError(
-        f"{sample}: no pair of seeds can be composed; add seeds (last: {fault})"
+def _part(work: _Work, root: Draft, source: str) -> Path:
+    """Where the family of a root is kept; another name if anything about it changes."""
+    digest = text_sha256(
+        "\n".join([source, repr(work.profile), str(root.id), root.key])
     )
+    return work.parts / f"{root.id}-{digest[:16]}.parquet"
 
 
-def _descendant(profile: Profile, origin: Draft, sample: SampleId, kind: str) -> Draft:
-    """A child or perturbation of a sample."""
-    rng = stream(profile.root_seed, kind, str(sample))
-    edit = partial({"child": modify, "perturbation": perturb}[kind], rng)
-    full, kept, record = _edited(profile, str(sample), origin.full, edit)
-    return Draft(sample, kind, str(origin.id), origin.seeds, record, full, kept)
+def _write_part(part: Path, family: Family) -> None:
+    write_manifest(part, family.rows)
+    trials = {key: asdict(found) for key, found in family.trials.items()}
+    rest = json.dumps({"rejected": family.rejected, "trials": trials})
+    write_atomically(part.with_suffix(".json"), rest.encode())
 
 
-def _edited(
-    profile: Profile, name: str, start: Scene, edit: Callable[[Data], Data]
-) -> tuple[Scene, Scene, str]:
-    """An edited scene, as it is kept in the profile, and the record of the edit."""
-
-    def both(scene: Scene) -> tuple[Scene, Scene]:
-        return scene, _kept(profile, scene)
-
-    (full, kept), record = first_valid(edit, start.to_data(), both, name)
-    return full, kept, json.dumps(record, sort_keys=True)
+def _read_part(part: Path) -> Family:
+    rest = json.loads(part.with_suffix(".json").read_bytes())
+    trials = {key: Findings(**found) for key, found in rest["trials"].items()}
+    return Family(read_manifest(part), rest["rejected"], trials)
 
 
-def _kept(profile: Profile, scene: Scene) -> Scene:
-    return rescale(
-        scene, profile.grid_resolution, profile.resolution, profile.duration_frames
-    )
+def _sources_sha256() -> str:
+    """Hash of all code and seeds that decide what is planned."""
+    digest = hashlib.sha256()
+    for folder in SOURCES:
+        root = Path(str(files("mpmworlds").joinpath(folder)))
+        paths = [p for p in root.rglob("*") if p.suffix in (".py", ".yaml")]
+        for path in sorted(paths):
+            digest.update(path.relative_to(root).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
-def _row(draft: Draft, profile: Profile) -> ManifestRow:
-    text = draft.kept.to_yaml()
-    materials = sorted(materials_of(draft.kept))
-    return ManifestRow(
-        id=str(draft.id),
-        kind=draft.kind,
-        parent_id=draft.made_from,
-        family_id=draft.id.family,
-        seeds=draft.seeds,
-        edit=draft.edit,
-        split=split_of(str(draft.id), profile.split),
-        scene=text,
-        materials=tuple(materials),
-        object_types=tuple(sorted({o.object_type for o in draft.kept.objects})),
-        num_objects=len(draft.kept.objects),
-        num_materials=len(materials),
-        scene_sha256=text_sha256(text),
-        program_sha256=text_sha256(link(draft.kept)),
-    )
+def _run(work: _Work, step: str, jobs: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
+    """Results of a step as they are done; what a lost process had is done again."""
+    executor, flying = work.executor, 0
+    queue: list[Task] = [(step, *job) for job in jobs][::-1]
+    losses: Counter[str] = Counter()
+    while queue or flying:
+        while queue and flying < executor.slots:
+            executor.submit(queue.pop())
+            flying += 1
+        for task, result in executor.wait(None):
+            flying -= 1
+            if not isinstance(result, Lost):
+                yield result
+                continue
+            name = str(task[1])
+            losses[name] += 1
+            if losses[name] == ATTEMPTS:
+                raise PlanCutOffError(
+                    f"{name}: its process was lost {ATTEMPTS} times ({result.reason}); "
+                    "run the command again, what is finished is kept"
+                )
+            queue.append(task)
+
+
+def _counted(reasons: Iterable[str]) -> dict[str, int]:
+    return dict(Counter(reasons).most_common())

@@ -3,20 +3,28 @@
 An entry is three files named by the hash of everything that decides its bytes: the
 program (``.py``), the video (``.mp4``) and their description (``.json``). The
 description is written last, so an entry without one does not exist.
+
+Any number of processes may use a store at once. Who is going to render a sample claims
+it by holding its ``.lock`` file, so that nobody else renders it, too.
 """
 
 import hashlib
 import json
 import logging
+import tempfile
 from dataclasses import asdict, dataclass, fields
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Final
 
 from mpmworlds.builder.disk import disk_errors_named
 from mpmworlds.builder.manifest import text_sha256
-from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.sim.atomic import PART, write_atomically
 from mpmworlds.sim.encode import CODEC, Frames, encode_mp4, frames_sha256
+from mpmworlds.sim.locks import Hold, hold, remove_abandoned
 
+LOCK: Final = ".lock"
 _log = logging.getLogger(__name__)
 
 
@@ -51,9 +59,50 @@ class StoredSample:
     description: Description
 
 
+@cache  # looking up a version reads files
 def renderer() -> str:
     """Name what decides a video's bits besides its program: codec and compiler."""
     return f"{CODEC}, taichi {version('taichi')}"
+
+
+def encode_sample(program: str, frames: Frames, framerate: int) -> StoredSample:
+    """Encode the frames that a program rendered.
+
+    Parameters
+    ----------
+    program
+        The program text.
+    frames
+        uint8 (T, N, N, 3), RGB, in palette colours.
+    framerate
+        Frames per second [1/s].
+
+    Returns
+    -------
+    StoredSample
+        What a store keeps.
+
+    Raises
+    ------
+    ValueError
+        If the frames are not square or hold a colour that the codec changes.
+    DiskFullError
+        If there is no room for the temporary file of the encoder.
+    """
+    count, height, width, _ = frames.shape
+    if height != width:
+        raise ValueError(f"frames are {width} x {height} px, must be square")
+    with disk_errors_named(Path(tempfile.gettempdir())):
+        video = encode_mp4(frames, framerate)
+    description = Description(
+        program_sha256=text_sha256(program),
+        video_sha256=hashlib.sha256(video).hexdigest(),
+        frames_sha256=frames_sha256(frames),
+        num_frames=count,
+        framerate=framerate,
+        resolution=height,
+    )
+    return StoredSample(program, video, description)
 
 
 class Store:
@@ -128,26 +177,71 @@ class Store:
         DiskFullError
             If there is no room.
         """
-        count, height, width, _ = frames.shape
-        if height != width:
-            raise ValueError(f"frames are {width} x {height} px, must be square")
-        base = self._base(text_sha256(program))
+        sample = encode_sample(program, frames, framerate)
+        self.add(sample)
+        return sample.description
+
+    def add(self, sample: StoredSample) -> None:
+        """Keep a sample that is encoded already, in place of a corrupt one if need be.
+
+        Parameters
+        ----------
+        sample
+            What ``encode_sample`` made.
+
+        Raises
+        ------
+        DiskFullError
+            If there is no room. Nothing half-written stays behind.
+        """
+        base = self._base(sample.description.program_sha256)
+        record = json.dumps(asdict(sample.description), indent=1, sort_keys=True) + "\n"
         with disk_errors_named(base):
-            video = encode_mp4(frames, framerate)  # passes through a temporary file
-            description = Description(
-                program_sha256=text_sha256(program),
-                video_sha256=hashlib.sha256(video).hexdigest(),
-                frames_sha256=frames_sha256(frames),
-                num_frames=count,
-                framerate=framerate,
-                resolution=height,
-            )
-            record = json.dumps(asdict(description), indent=1, sort_keys=True) + "\n"
-            base.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(base.with_suffix(".py"), program.encode())
-            write_atomically(base.with_suffix(".mp4"), video)
+            write_atomically(base.with_suffix(".py"), sample.program.encode())
+            write_atomically(base.with_suffix(".mp4"), sample.video)
             write_atomically(base.with_suffix(".json"), record.encode())
-        return description
+
+    def has(self, program_sha256: str) -> bool:
+        """Say whether there is an entry, without looking whether it is whole.
+
+        Parameters
+        ----------
+        program_sha256
+            SHA-256 of the program text.
+        """
+        return self._base(program_sha256).with_suffix(".json").exists()
+
+    def claim(self, program_sha256: str) -> Hold | None:
+        """Claim the right to render a sample, until the claim is released.
+
+        Parameters
+        ----------
+        program_sha256
+            SHA-256 of the program text.
+
+        Returns
+        -------
+        Hold or None
+            None if somebody alive has claimed it. The claim of a process ends with it.
+        """
+        base = self._base(program_sha256)
+        with disk_errors_named(base):
+            base.parent.mkdir(parents=True, exist_ok=True)
+            return hold(base.with_name(f".{base.name}{LOCK}"))
+
+    def sweep(self) -> int:
+        """Remove the locks and half-written files of processes that were killed.
+
+        Those of the living stay: they hold them.
+
+        Returns
+        -------
+        int
+            How many files were removed.
+        """
+        hidden = [*self.root.glob(".*"), *self.root.glob("??/.*")]
+        left = [path for path in hidden if path.suffix in (PART, LOCK)]
+        return sum(remove_abandoned(path) for path in sorted(left))
 
     def _base(self, program_sha256: str) -> Path:
         key = text_sha256(f"{program_sha256}\n{renderer()}")

@@ -1,11 +1,21 @@
 """Files that are either absent, the old version, or the whole new version."""
 
 import os
+import secrets
 from pathlib import Path
+from typing import Final
+
+from mpmworlds.sim.locks import Hold, hold
+
+PART: Final = ".part"
 
 
 def write_atomically(path: Path, data: bytes) -> None:
     """Replace a file's content in one step, also if the machine stops half-way.
+
+    The new content goes into a hidden file ``.NAME.TOKEN.part`` beside it, which is
+    held until it takes the name. One that a killed writer left behind is held by nobody
+    (see ``mpmworlds.sim.locks``) and may be removed.
 
     Parameters
     ----------
@@ -15,17 +25,23 @@ def write_atomically(path: Path, data: bytes) -> None:
         The whole new content.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("wb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with _new_part(path) as part:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(part.descriptor, rest) :]
+        os.fsync(part.descriptor)
+        part.path.replace(path)
     folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(folder)  # the new name, too, survives a power cut
     finally:
         os.close(folder)
+
+
+def _new_part(path: Path) -> Hold:
+    # A name per writer: numbers of processes repeat on another machine that shares the
+    # folder. None is there only if a cleaner looks at the file before it is held.
+    while True:
+        part = hold(path.with_name(f".{path.name}.{secrets.token_hex(4)}{PART}"))
+        if part is not None:
+            return part

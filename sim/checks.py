@@ -1,10 +1,12 @@
 """Rules that no single field can see: layout, looks, stability, emission.
 
-Each check takes a scene and yields faults; a scene without any can be linked and run.
+Each check takes a scene and the numbers of the objects to look at, and yields faults; a
+scene without any can be linked and run.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -33,9 +35,14 @@ MATERIAL_WORDS = (
 )
 
 
-def check_scene(scene: "Scene") -> list[str]:
-    """Every fault of a scene whose fields are valid one by one."""
-    return [fault for check in CHECKS for fault in check(scene)]
+def check_scene(scene: "Scene", only: int | None = None) -> list[str]:
+    """Every fault of a scene whose fields are valid one by one.
+
+    If only one object differs from a scene without faults, its number is enough to find
+    those of the new scene.
+    """
+    numbers = range(len(scene.objects)) if only is None else (only,)
+    return [fault for check in CHECKS for fault in check(scene, numbers)]
 
 
 def spacing(scene: "Scene") -> float:
@@ -94,9 +101,10 @@ def _label(scene: "Scene", i: int) -> str:
     return f"objects[{i}] '{scene.objects[i].name}'"
 
 
-def _check_names(scene: "Scene") -> Iterator[str]:
+def _check_names(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
     names = [thing.name for thing in scene.objects]
-    for i, name in enumerate(names):
+    for i in numbers:
+        name = names[i]
         if name in names[:i]:
             yield f"{_label(scene, i)}: name is taken; names must be unique"
         word = next((w for w in MATERIAL_WORDS if w in name), None)
@@ -107,7 +115,7 @@ def _check_names(scene: "Scene") -> Iterator[str]:
             )
 
 
-def _check_particles(scene: "Scene") -> Iterator[str]:
+def _check_particles(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
     area, total = spacing(scene) ** 2, 0.0
     for i, thing in enumerate(scene.objects):
         if thing.object_type == "dynamic_body":
@@ -129,15 +137,16 @@ def _check_particles(scene: "Scene") -> Iterator[str]:
         )
 
 
-def _check_jets(scene: "Scene") -> Iterator[str]:
-    for i, thing in enumerate(scene.objects):
+def _check_jets(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+    for i in numbers:
+        thing = scene.objects[i]
         if thing.object_type != "emitter":
             continue
         for fault in thing.emission.faults(jet_width(thing), spacing(scene)):
             yield f"{_label(scene, i)}: {fault}"
 
 
-def _check_output(scene: "Scene") -> Iterator[str]:
+def _check_output(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
     if scene.output.resolution % 2:
         yield (
             f"output.resolution = {scene.output.resolution}, must be even to be "
@@ -145,7 +154,7 @@ def _check_output(scene: "Scene") -> Iterator[str]:
         )
 
 
-def _check_stability(scene: "Scene") -> Iterator[str]:
+def _check_stability(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
     if all(thing.object_type in COLLIDERS for thing in scene.objects):
         return
     bound, name = fastest_step(scene)
@@ -157,9 +166,9 @@ def _check_stability(scene: "Scene") -> Iterator[str]:
         )
 
 
-def _check_colors(scene: "Scene") -> Iterator[str]:
-    for (i, one), (j, other) in combinations(enumerate(scene.objects), 2):
-        a, b = one.visualization.color, other.visualization.color
+def _check_colors(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+    for i, j in _pairs(scene, numbers):
+        a, b = (scene.objects[k].visualization.color for k in (i, j))
         if a == b or min(saturation(a), saturation(b)) < 0.2:
             continue
         if hue_difference(a, b) < HUE_STEP:
@@ -170,6 +179,13 @@ def _check_colors(scene: "Scene") -> Iterator[str]:
             )
 
 
+def _pairs(scene: "Scene", numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Pairs of objects of which one is looked at."""
+    for i, j in combinations(range(len(scene.objects)), 2):
+        if i in numbers or j in numbers:
+            yield i, j
+
+
 def _poses(thing: Any) -> list[Pose]:
     """Displacements between which an object moves."""
     if thing.object_type != "kinematic_collider":
@@ -178,9 +194,15 @@ def _poses(thing: Any) -> list[Pose]:
     return poses
 
 
-def _outlines(thing: Any) -> Outline:
-    """Outlines of an object on its way, and of where particles are born."""
-    outlines = [p for pose in _poses(thing) for p in thing.shape.outline(*pose)]
+def _extent(thing: Any) -> tuple[float, float]:
+    """Least and largest coordinate [m] of an object on its way, and of its births."""
+    corners = np.concatenate(thing.shape.local_outline()) @ [1, 1j]
+    center = complex(*thing.shape.center)
+    turn = np.exp(1j * thing.shape.angle())
+    parts = [
+        corners * (turn * np.exp(1j * angle)) + (center + complex(*shift))
+        for shift, angle in _poses(thing)
+    ]
     if thing.object_type == "emitter":
         vx, vy = thing.emission.velocity
         width = jet_width(thing)
@@ -188,17 +210,19 @@ def _outlines(thing: Any) -> Outline:
             "size": (thing.emission.depth(width), width),
             "angle_deg": math.degrees(math.atan2(vy, vx)),
         }
-        outlines += thing.shape.model_copy(update=births).outline()
-    return outlines
+        nozzle = thing.shape.model_copy(update=births).outline()
+        parts.append(np.concatenate(nozzle) @ [1, 1j])
+    points = np.concatenate(parts).view(np.float64)
+    return float(points.min()), float(points.max())
 
 
-def _check_domain(scene: "Scene") -> Iterator[str]:
+def _check_domain(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
     cell = 1.0 / scene.simulation.grid_resolution
-    for i, thing in enumerate(scene.objects):
+    for i in numbers:
+        thing = scene.objects[i]
         collider = thing.object_type in COLLIDERS
         edge = 0.0 if collider else scene.environment.walls.thickness_cells * cell
-        points = np.concatenate(_outlines(thing))
-        low, high = float(points.min()), float(points.max())
+        low, high = _extent(thing)
         if low < edge - 1e-9 or high > 1.0 - edge + 1e-9:
             yield (
                 f"{_label(scene, i)}: shape reaches from {low:.3f} to {high:.3f} m"
@@ -207,9 +231,9 @@ def _check_domain(scene: "Scene") -> Iterator[str]:
             )
 
 
-def _check_overlap(scene: "Scene") -> Iterator[str]:
-    outlines = [thing.shape.outline() for thing in scene.objects]
-    for i, j in combinations(range(len(scene.objects)), 2):
+def _check_overlap(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+    outlines = [_outline(thing.shape) for thing in scene.objects]
+    for i, j in _pairs(scene, numbers):
         if all(scene.objects[k].object_type in COLLIDERS for k in (i, j)):
             continue
         if overlap(outlines[i], outlines[j]):
@@ -219,25 +243,36 @@ def _check_overlap(scene: "Scene") -> Iterator[str]:
             )
 
 
+@lru_cache(64)
+def _outline(shape: Any) -> Outline:
+    """Outline of a shape; most are those of the scene that was checked before."""
+    outline: Outline = shape.outline()
+    return outline
+
+
 def overlap(one: Outline, other: Outline) -> bool:
     """Whether two outlines have a pixel in common, with its whole neighbourhood."""
     import cv2  # here, because reading a schema should not load it
 
     a, b = np.concatenate(one), np.concatenate(other)
-    if (np.maximum(a.min(0), b.min(0)) > np.minimum(a.max(0), b.max(0))).any():
+    low, high = np.maximum(a.min(0), b.min(0)), np.minimum(a.max(0), b.max(0))
+    if (low > high).any():
         return False
-    both = np.full((RASTER, RASTER), 1, np.uint8)
+    start = np.floor(low * RASTER).astype(int) - 2  # pixels beyond hold no overlap
+    width, height = np.ceil(high * RASTER).astype(int) + 2 - start
+    both = np.full((height, width), 1, np.uint8)
     for outline in (one, other):
         image = np.zeros_like(both)
         for polygon in outline:
-            corners = np.rint(polygon.clip(-1.0, 2.0) * RASTER * 16 - 8)
+            corners = np.rint((polygon.clip(-1.0, 2.0) * RASTER - start) * 16 - 8)
             cv2.fillPoly(image, [corners.astype(np.int32)], 1, shift=4)
         both &= image
     return bool(cv2.erode(both, np.ones((3, 3), np.uint8)).any())
 
 
-def _check_balance(scene: "Scene") -> Iterator[str]:
-    for i, thing in enumerate(scene.objects):
+def _check_balance(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+    for i in numbers:
+        thing = scene.objects[i]
         if (
             thing.object_type != "dynamic_body"
             or thing.physics_properties.constitutive_model != "rigid"
@@ -252,8 +287,9 @@ def _check_balance(scene: "Scene") -> Iterator[str]:
             )
 
 
-def _check_belts(scene: "Scene") -> Iterator[str]:
-    for i, thing in enumerate(scene.objects):
+def _check_belts(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+    for i in numbers:
+        thing = scene.objects[i]
         if thing.object_type != "kinematic_collider":
             continue
         belt = thing.kinematics.type == "conveyor"
@@ -264,7 +300,7 @@ def _check_belts(scene: "Scene") -> Iterator[str]:
             )
 
 
-CHECKS: tuple[Callable[["Scene"], Iterator[str]], ...] = (
+CHECKS: tuple[Callable[["Scene", Sequence[int]], Iterator[str]], ...] = (
     _check_names,
     _check_particles,
     _check_jets,

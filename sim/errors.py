@@ -34,6 +34,10 @@ class SceneError(ValueError):
         self.faults = faults
         super().__init__("\n".join(f"{source}: {fault}" for fault in faults))
 
+    def __reduce__(self) -> tuple[type["SceneError"], tuple[str, list[str]]]:
+        """What it is made of, so that it comes whole from another process."""
+        return SceneError, (self.source, self.faults)
+
 
 def describe(error: ValidationError, data: Any) -> list[str]:
     """One line for each fault that pydantic found in `data`."""

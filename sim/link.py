@@ -12,7 +12,7 @@ import re
 import symtable
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
 
@@ -29,6 +29,10 @@ REGIONS: dict[str, Callable[[Scene], str]] = {
 MARK = re.compile(r"^( *)# (region (.*)|endregion)$")
 PHYSICS = "# physics\n"  # where the functions of the library go
 MATH = "from taichi.math import "
+SIGN = re.compile(r"(?<=[=(\[])-(?=0)|(?<=, )-(?=0)")
+RECENT = 256  # outlines that are remembered, for scenes that differ in numbers only
+STUB = " = ".join(name.upper() for name in emit.SECTIONS) + " = 0\n"  # of a scene
+NUMBER = re.compile(r"(?<![\w.])\d[\d.]*(?:e[-+]?\d+)?")
 
 
 class LinkError(ValueError):
@@ -62,18 +66,29 @@ def link(scene: Scene) -> str:
     LinkError
         If the text uses a name that is not defined.
     """
-    body = "".join(_fill(scene))
+    chunks = list(_fill(scene))
+    body = "".join(text for _, text in chunks)
+    outline = "".join(STUB if name == "scene" else text for name, text in chunks)
+    functions, used = _resolve(_bare(outline))
+    return _blank_lines(_imports(body.replace(PHYSICS, functions), used))
+
+
+@lru_cache(RECENT)
+def _resolve(outline: str) -> tuple[str, frozenset[str]]:
+    """Functions that a program needs, and all names that it reads.
+
+    The outline is the program without functions of the library, constants of its scene
+    and numbers, so that scenes of one structure share it.
+    """
     library = _library()
-    used = _used(body)
+    used = _names_read(outline)
     needed = _closure(used, library)
     used = used.union(*(library[name].uses for name in needed))
-    functions = [library[name].text for name in library if name in needed]
-    body = body.replace(PHYSICS, "\n\n".join(functions))
-    body = _blank_lines(_imports(body, used))
-    missing = unresolved(body)
+    functions = "\n\n".join(library[name].text for name in library if name in needed)
+    missing = unresolved(_imports(outline.replace(PHYSICS, functions), used))
     if missing:
         raise LinkError(f"the program uses undefined names: {', '.join(missing)}")
-    return body
+    return functions, used
 
 
 def read_scene(program: str, source: str = "program.py") -> Scene:
@@ -105,7 +120,7 @@ def unresolved(program: str) -> list[str]:
     """Global names that a program uses but never binds."""
     symbols = symtable.symtable(program, "program.py", "exec").get_symbols()
     bound = {s.get_name() for s in symbols if s.is_assigned() or s.is_imported()}
-    return sorted(_used(program) - bound - set(dir(builtins)) - {"__name__"})
+    return sorted(_names_read(program) - bound - set(dir(builtins)) - {"__name__"})
 
 
 def features(scene: Scene) -> set[str]:
@@ -161,7 +176,7 @@ def _library() -> dict[str, Function]:
             if isinstance(node, ast.FunctionDef):
                 first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
                 source = "".join(lines[first - 1 : node.end_lineno])
-                found[node.name] = Function(node.name, source, _used(source))
+                found[node.name] = Function(node.name, source, _names_read(source))
     ordered: dict[str, Function] = {}
     for name in sorted(found):
         _visit(name, found, ordered)
@@ -187,7 +202,12 @@ def _closure(names: frozenset[str], library: dict[str, Function]) -> set[str]:
     return needed
 
 
-def _used(text: str) -> frozenset[str]:
+def _bare(text: str) -> str:
+    """A text without its numbers and their signs."""
+    return SIGN.sub("", NUMBER.sub("0", text))
+
+
+def _names_read(text: str) -> frozenset[str]:
     """Global names that a text reads, in whichever scope."""
     used: set[str] = set()
     scopes = [symtable.symtable(text, "text", "exec")]
@@ -201,24 +221,35 @@ def _used(text: str) -> frozenset[str]:
     return frozenset(used)
 
 
-def _fill(scene: Scene) -> Iterator[str]:
-    """Lines of the skeleton with its regions filled in for a scene."""
-    found = features(scene)
+def _fill(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Texts of the skeleton and of its regions for a scene, each with its region."""
+    for text, region in _parts(frozenset(features(scene))):
+        yield "", text
+        if region:
+            yield region, PHYSICS if region == "physics" else REGIONS[region](scene)
+
+
+@cache
+def _parts(found: frozenset[str]) -> list[tuple[str, str]]:
+    """Texts that stay in programs with some features, each with the region after it."""
+    parts, lines = [], list[str]()
     keep = [True]  # for each region around the line, the innermost last
     for line in _skeleton():
         mark = MARK.match(line)
         name = mark.group(3) if mark else None
         if mark is None:
             if keep[-1]:
-                yield line
+                lines.append(line)
         elif name is None:
             keep.pop()
         elif name.startswith("if "):
             keep.append(keep[-1] and name[3:] in found)
         else:
             if keep[-1]:
-                yield PHYSICS if name == "physics" else REGIONS[name](scene)
+                parts.append(("".join(lines), name))
+                lines = []
             keep.append(False)
+    return [*parts, ("".join(lines), "")]
 
 
 def _imports(text: str, used: frozenset[str]) -> str:

@@ -113,28 +113,32 @@ def run(
         path = Path(scratch) / "program.py"
         path.write_text(program_text, "utf-8", "surrogatepass")
         log = Path(scratch) / "log"
-        received = _Received()
+        received = Received()
         limits = [max_frames or 0, memory, int(states)]
         status, message = _supervise(path, log, received, limits, start + timeout)
         if status in ("crash", "exception", "import_error", "out_of_memory"):
             printed = log.read_text("utf-8", "replace")[-TAIL:].strip()
             message = f"{message}\n{printed}".strip()
-    frames = received.frames
-    stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
-    found = received.recording.states(len(frames))
-    return Outcome(status, stack, time.monotonic() - start, message, found)
+    return received.outcome(status, message, time.monotonic() - start)
 
 
 @dataclass(frozen=True)
-class _Received:
+class Received:
     """What has come through the pipe."""
 
     frames: list[npt.NDArray[np.uint8]] = field(default_factory=list)
     recording: Recording = field(default_factory=Recording)
 
+    def outcome(self, status: Status, message: str, seconds: float) -> Outcome:
+        """All of it, with how the run ended."""
+        frames = self.frames
+        stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
+        found = self.recording.states(len(frames))
+        return Outcome(status, stack, seconds, message, found)
+
 
 def _supervise(
-    path: Path, log: Path, received: _Received, limits: list[int], deadline: float
+    path: Path, log: Path, received: Received, limits: list[int], deadline: float
 ) -> tuple[Status, str]:
     """Start the program, gather frames until it ends, and say how it ended."""
     read_end, write_end = os.pipe()
@@ -150,12 +154,12 @@ def _supervise(
             stderr=subprocess.STDOUT,
             pass_fds=[write_end],
             cwd=path.parent,
-            env=_environment(path.parent),
+            env=environment(path.parent),
             start_new_session=True,
         )
         os.close(write_end)
         try:
-            verdict = _collect(read_end, received, deadline)
+            verdict = collect(read_end, received, deadline)
             if verdict is None:
                 process.wait(max(deadline - time.monotonic(), 0.1))
         except (TimeoutError, subprocess.TimeoutExpired):
@@ -167,7 +171,7 @@ def _supervise(
     return verdict or _ending(process.returncode, len(received.frames))
 
 
-def _environment(home: Path) -> dict[str, str]:
+def environment(home: Path) -> dict[str, str]:
     """What a program sees: no user settings, one thread, no call home."""
     kept = {name: os.environ[name] for name in ("PATH", "LANG") if name in os.environ}
     threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
@@ -184,8 +188,8 @@ def _kill(process: "subprocess.Popen[bytes]") -> None:
     process.wait()
 
 
-def _collect(
-    pipe: int, received: _Received, deadline: float
+def collect(
+    pipe: int, received: Received, deadline: float
 ) -> tuple[Status, str] | None:
     """Read messages until the pipe closes; a verdict if the child sent one."""
     frames = received.frames

@@ -6,7 +6,7 @@ A `Scene` that exists is valid: fields, layout and numerics have been checked. S
 
 from typing import Any, Literal
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from mpmworlds.sim.checks import check_scene
 from mpmworlds.sim.errors import SceneError as SceneError
@@ -17,6 +17,7 @@ from mpmworlds.sim.text import dump_yaml, parse_yaml
 
 SCHEMA = "mpmworlds-scene/1"
 FIRST = ("schema", "name", "object_type", "type", "constitutive_model")
+ONE_OBJECT: TypeAdapter[AnyObject] = TypeAdapter(AnyObject)
 LAST = ("start", "stop", "visualization", "output")
 
 
@@ -94,6 +95,27 @@ class Scene(Part):
     def from_yaml(cls, text: str, source: str = "scene.yaml") -> "Scene":
         """Parse and validate a scene file; raises `SceneError` like `from_data`."""
         return cls.from_data(parse_yaml(text, source), source)
+
+    def with_object(self, number: int, data: Any, source: str = "scene") -> "Scene":
+        """A validated copy in which one object is another, given as plain data.
+
+        Only what depends on that object is checked, so it is quick.
+
+        Raises
+        ------
+        SceneError
+            As `from_data`.
+        """
+        try:
+            thing = ONE_OBJECT.validate_python(data)
+        except ValidationError as error:
+            raise SceneError(source, describe(error, data)) from None
+        before, after = self.objects[:number], self.objects[number + 1 :]
+        scene = self.model_copy(update={"objects": (*before, thing, *after)})
+        faults = check_scene(scene, number)
+        if faults:
+            raise SceneError(source, faults)
+        return scene
 
     def to_data(self) -> dict[str, Any]:
         """Plain data with every field present, in schema order."""

@@ -7,6 +7,9 @@ stands where a parent stands, and may have children and perturbations likewise.
 
 import re
 from dataclasses import dataclass
+from typing import Final
+
+KINDS: Final = ("seed", "parent", "child", "perturbation")
 
 _ID = re.compile(
     r"(?P<root>p(?:\d{4}|[1-9]\d{4,})|s(?:\d{2}|[1-9]\d{2,}))"
@@ -72,6 +75,22 @@ class SampleId:
     def template(self) -> str:
         """Id of the seed, parent or child that a perturbation perturbs, else itself."""
         return str(SampleId(self.family, self.child))
+
+    @property
+    def kind(self) -> str:
+        """Which of `KINDS` the sample is."""
+        if self.perturbation is not None:
+            return "perturbation"
+        if self.child is not None:
+            return "child"
+        return "seed" if self.is_of_seed_family else "parent"
+
+    @property
+    def made_from(self) -> str:
+        """Id of the sample that this one was made from, "" for seeds and parents."""
+        if self.perturbation is not None:
+            return self.template
+        return "" if self.child is None else self.family
 
     @property
     def is_of_seed_family(self) -> bool:

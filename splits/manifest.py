@@ -7,12 +7,14 @@ stored so that a change of the division shows as a change of a file.
 import hashlib
 import itertools
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.splits.assign import SPLITS, SplitParams, assign
+from mpmworlds.splits.assign import SPLITS, SplitParams
 from mpmworlds.splits.checksums import CHECKSUMS, ChecksumError, read_checksums
+from mpmworlds.splits.lists import ListParams, compute_lists
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_]*", re.ASCII)
 
@@ -29,8 +31,7 @@ def write_lists(directory: Path, ids_by_split: Mapping[str, Iterable[str]]) -> N
     directory
         Folder to write to. Made if it is not there.
     ids_by_split
-        List name -> ids. Names of other lists than `SPLITS`, such as a fixed
-        evaluation list, are welcome.
+        List name -> ids, as `compute_lists` gives them.
 
     Raises
     ------
@@ -72,7 +73,12 @@ def read_lists(directory: Path) -> dict[str, list[str]]:
     return lists
 
 
-def check(directory: Path, ids: Iterable[str], params: SplitParams) -> list[str]:
+def check(
+    directory: Path,
+    ids: Iterable[str],
+    params: SplitParams,
+    lists: ListParams | None = None,
+) -> list[str]:
     """Compare recorded lists with what the ids and parameters give.
 
     Parameters
@@ -82,7 +88,9 @@ def check(directory: Path, ids: Iterable[str], params: SplitParams) -> list[str]
     ids
         Sample ids of the corpus, in any order.
     params
-        Salt and fractions.
+        Salt and fractions of the splits.
+    lists
+        What is chosen from the splits besides; nothing if None.
 
     Returns
     -------
@@ -94,21 +102,38 @@ def check(directory: Path, ids: Iterable[str], params: SplitParams) -> list[str]
     FileNotFoundError
         If SHA256SUMS is missing.
     """
-    lists, problems = _read(directory)
+    recorded, problems = _read(directory)
+    expected = compute_lists(ids, params, lists)
+    for name in expected:
+        if name not in recorded:
+            problems.append(f"{directory / CHECKSUMS}: does not name {name}.txt")
+    for name in sorted(recorded.keys() - expected.keys()):
+        problems.append(
+            f"{directory / name}.txt: recorded, but the parameters ask for no such "
+            "list; write the lists again"
+        )
+    problems += _moved(recorded, expected)
+    for name in sorted((expected.keys() & recorded.keys()) - set(SPLITS)):
+        problems += _differences(name, recorded[name], expected[name])
+    return problems
+
+
+def _moved(
+    recorded: Mapping[str, Sequence[str]], expected: Mapping[str, Sequence[str]]
+) -> list[str]:
+    """Ids that are recorded in another split than theirs, in two, or in none."""
+    problems = []
+    places: dict[str, str] = {}
     for split in SPLITS:
-        if split not in lists:
-            problems.append(f"{directory / CHECKSUMS}: does not name {split}.txt")
-    expected = _split_by_id(assign(ids, params))
-    recorded: dict[str, str] = {}
-    for split in SPLITS:
-        for sample_id in lists.get(split, ()):
-            if sample_id in recorded:
+        for sample_id in recorded.get(split, ()):
+            if sample_id in places:
                 problems.append(
-                    f"{sample_id}: recorded twice, in {recorded[sample_id]} and {split}"
+                    f"{sample_id}: recorded twice, in {places[sample_id]} and {split}"
                 )
-            recorded[sample_id] = split
-    for sample_id in sorted(recorded.keys() | expected.keys()):
-        here, computed = recorded.get(sample_id), expected.get(sample_id)
+            places[sample_id] = split
+    belongs = {member: split for split in SPLITS for member in expected[split]}
+    for sample_id in sorted(places.keys() | belongs.keys()):
+        here, computed = places.get(sample_id), belongs.get(sample_id)
         if here is None:
             problems.append(f"{sample_id}: not recorded, belongs to {computed}")
         elif computed is None:
@@ -116,6 +141,24 @@ def check(directory: Path, ids: Iterable[str], params: SplitParams) -> list[str]
         elif here != computed:
             problems.append(f"{sample_id}: recorded in {here}, belongs to {computed}")
     return problems
+
+
+def _differences(
+    name: str, recorded: Sequence[str], expected: Sequence[str]
+) -> list[str]:
+    """Ids that a list of chosen samples has too many, too few, or twice."""
+    counts = Counter(recorded)
+    return [
+        *(f"{i}: twice in {name}" for i, n in sorted(counts.items()) if n > 1),
+        *(
+            f"{i}: recorded in {name}, not chosen"
+            for i in sorted(counts.keys() - set(expected))
+        ),
+        *(
+            f"{i}: not recorded in {name}, but chosen"
+            for i in sorted(set(expected) - counts.keys())
+        ),
+    ]
 
 
 def _text_of(name: str, ids: Iterable[str]) -> bytes:
@@ -161,7 +204,3 @@ def _read(directory: Path) -> tuple[dict[str, list[str]], list[str]]:
     for name in sorted(strays):
         problems.append(f"{directory / name}.txt: {CHECKSUMS} does not name it")
     return lists, problems
-
-
-def _split_by_id(lists: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    return {member: split for split, members in lists.items() for member in members}

@@ -20,10 +20,11 @@ PARAMS = {
     "profiles": {
         "tiny": {
             "seeds": ["s04"],
-            "parents": 1,
+            "parents": [{"count": 1, "seeds": 35}],
             "children": 0,
             "root_perturbations": 0,
             "child_perturbations": 0,
+            "screen": "none",
             "grid_resolution": 32,
             "resolution": 64,
             "duration_frames": 80,

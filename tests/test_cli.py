@@ -22,8 +22,8 @@ from mpmworlds.sim.link import link
 from mpmworlds.sim.scale import rescale
 
 VERBS = (
-    *("schema", "link", "run", "plan", "splits", "materialise", "build", "verify"),
-    "evaluate",
+    *("schema", "link", "run", "plan", "splits", "materialise", "build", "propose"),
+    *("stats", "audit", "verify", "evaluate"),
 )
 
 

@@ -12,11 +12,14 @@ import pytest
 import yaml
 
 from mpmworlds.builder.manifest import text_sha256
-from mpmworlds.builder.plan import Profile, plan
+from mpmworlds.builder.plan import write_plan
+from mpmworlds.builder.profile import Profile
 from mpmworlds.builder.store import Store
+from mpmworlds.builder.trials import RECORDED
 from mpmworlds.sim.encode import decode_mp4
 from mpmworlds.sim.link import link
 from mpmworlds.sim.run import run
+from mpmworlds.sim.scene import Scene
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -28,34 +31,30 @@ def recorded():
     return {record.pop("id"): record for record in map(json.loads, lines)}
 
 
-def first_planned(materials):
-    """Return the first sample of the tiny corpus that has one of the materials."""
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory):
+    """Rows of the tiny corpus."""
     params = yaml.safe_load((ROOT / "params.yaml").read_text())
-    for draft in plan(Profile.from_params(params, "tiny")):
-        found = {
-            thing.physics_properties.constitutive_model
-            for thing in draft.kept.objects
-            if thing.object_type in ("dynamic_body", "emitter")
-        }
-        if found & materials:
-            return draft
-    raise AssertionError(f"tiny has no sample with any of {sorted(materials)}")
+    path = tmp_path_factory.mktemp("plan") / "manifest.parquet"
+    return write_plan(Profile.from_params(params, "tiny"), path, trials=RECORDED).rows
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "materials", [{"sand", "snow"}, {"liquid"}], ids=["granular", "liquid"]
 )
-def test_recorded_sample_is_made_again_bit_for_bit(materials, tmp_path):
-    draft = first_planned(materials)
-    record, program = recorded()[str(draft.id)], link(draft.kept)
+def test_recorded_sample_is_made_again_bit_for_bit(planned, materials, tmp_path):
+    row = next((row for row in planned if materials & set(row.materials)), None)
+    assert row, f"tiny has no sample with any of {sorted(materials)}"
+    scene = Scene.from_yaml(row.scene)
+    record, program = recorded()[row.id], link(scene)
     message = (
-        f"{draft.id}: not as in builder/recorded/tiny.jsonl; if that is meant, raise "
+        f"{row.id}: not as in builder/recorded/tiny.jsonl; if that is meant, raise "
         "`version` in params.yaml, run `dvc repro` and commit what it records"
     )
     assert text_sha256(program) == record["program_sha256"], message
     frames = run(program).expect()
-    found = Store(tmp_path).put(program, frames, draft.kept.output.framerate)
+    found = Store(tmp_path).put(program, frames, scene.output.framerate)
     assert asdict(found) == record, message
 
 

@@ -22,7 +22,8 @@ ROOT = Path(__file__).resolve().parents[1]
 pytestmark = pytest.mark.skipif(
     not (ROOT / ".git").exists(), reason="needs a git checkout, to see what is in git"
 )
-STAGES = ["plan", "split", "materialise", "build", "evaluate"]
+STAGES = ["plan", "split", "materialise", "build", "evaluate"]  # of the tiny corpus
+FULL = ["plan-full", "split-full", "statistics-full"]
 
 
 class Checkout:
@@ -62,8 +63,9 @@ class Checkout:
         return done.stdout
 
     def repro(self):
-        """Return the stages that ran."""
-        return re.findall(r"^Running stage '(\w+)'", self.dvc("repro"), re.MULTILINE)
+        """Return the stages that ran, of those that the tiny results need."""
+        out = self.dvc("repro", "split", "evaluate")
+        return re.findall(r"^Running stage '(\w+)'", out, re.MULTILINE)
 
     def set(self, old, new):
         """Change one place of params.yaml."""
@@ -103,7 +105,7 @@ def out_of_step(status, absent):
 def test_lock_is_in_step_with_sources_parameters_and_commands(checkout):
     stages = yaml.safe_load(checkout.read("dvc.yaml"))["stages"]
     locked = yaml.safe_load(checkout.read("dvc.lock"))["stages"]
-    assert list(stages) == list(locked) == STAGES
+    assert set(stages) == set(locked) == {*FULL, *STAGES}
     outs = {out for stage in stages.values() for out in outs_of(stage)}
     absent = {out for out in outs if not (checkout.folder / out).exists()}
     status = json.loads(checkout.dvc("status", "--json"))

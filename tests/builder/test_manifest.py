@@ -10,6 +10,7 @@ from mpmworlds.builder.manifest import (
     SCHEMA,
     ManifestError,
     read_manifest,
+    read_table,
     write_manifest,
 )
 
@@ -43,10 +44,17 @@ def test_columns_that_are_missing_unknown_or_of_another_type_are_named(
     assert "column 'num_objects' is string, must be int32" in str(error.value)
 
 
-def test_a_file_of_another_format_is_refused(tmp_path):
+@pytest.mark.parametrize("read", [read_manifest, read_table])
+def test_a_file_of_another_format_is_refused(read, tmp_path):
     (tmp_path / "m.parquet").write_text("id,kind\n")
     with pytest.raises(ManifestError, match="no readable Parquet file"):
-        read_manifest(tmp_path / "m.parquet")
+        read(tmp_path / "m.parquet")
+
+
+def test_some_columns_are_read_without_the_others(corpus):
+    table = read_table(corpus.manifest, ["split", "id"])
+    assert set(table.column_names) == {"id", "split"}
+    assert table["id"].to_pylist() == [row.id for row in corpus.rows]
 
 
 @pytest.mark.parametrize(

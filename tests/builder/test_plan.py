@@ -2,50 +2,29 @@
 
 import dataclasses
 import json
-import os
 import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-from mpmworlds.builder.attempt import NoCandidateError
+from mpmworlds.builder import plan
+from mpmworlds.builder.candidates import Draft
 from mpmworlds.builder.manifest import read_manifest, text_sha256
 from mpmworlds.builder.modify import EDITS
-from mpmworlds.builder.plan import PlanError, Profile, sample_ids, write_plan
+from mpmworlds.builder.plan import write_plan
+from mpmworlds.builder.profile import Batch, Count, PlanError, sample_ids
 from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.builder.templates import Choice
 from mpmworlds.sim.link import link
 from mpmworlds.sim.scene import Scene
-from mpmworlds.splits.assign import SplitParams, split_of
+from mpmworlds.splits.assign import split_of
 from mpmworlds.splits.ids import SampleId
-
-SMALL = Profile(
-    root_seed=11,
-    seeds=("s02",),
-    parents=2,
-    children=1,
-    root_perturbations=1,
-    child_perturbations=1,
-    grid_resolution=64,
-    resolution=64,
-    duration_frames=5,
-    split=SplitParams("test", 0.4, 0.5),
-)
-GROWN = dataclasses.replace(
-    SMALL, seeds=("s01", "s02"), parents=3, children=2, root_perturbations=2
-)
-WRITE = """\
-import sys
-from pathlib import Path
-from tests.builder.test_plan import SMALL, write_plan
-write_plan(SMALL, Path(sys.argv[1]))
-"""
+from tests.builder.plans import GROWN, SMALL, command, environment
 
 
 @pytest.fixture(scope="module")
 def manifest(tmp_path_factory):
     path = tmp_path_factory.mktemp("plan") / "manifest.parquet"
-    write_plan(SMALL, path)
+    write_plan(SMALL, path, workers=1)
     return path
 
 
@@ -55,34 +34,19 @@ def rows(manifest):
     return {row.id: row for row in read_manifest(manifest)}
 
 
+# ---- what a plan is
+
+
 def test_ids_are_known_beforehand_and_in_order(rows):
     assert list(rows) == sample_ids(SMALL) == sorted(rows)
     assert len(rows) == 3 * (1 + 1 + 1 + 1)
 
 
-def test_growing_a_plan_leaves_its_rows_as_they_were(rows, tmp_path):
-    grown = {row.id: row for row in write_plan(GROWN, tmp_path / "m.parquet")}
-    assert len(grown) > 2 * len(rows)
-    assert {name: grown[name] for name in rows} == rows
-
-
-def test_another_root_seed_is_another_plan(rows, tmp_path):
-    profile = dataclasses.replace(SMALL, root_seed=12, seeds=(), parents=1)
-    other = {row.id: row for row in write_plan(profile, tmp_path / "m.parquet")}
-    assert all(other[name].scene != rows[name].scene for name in other)
-
-
-def test_a_plan_is_the_same_file_whatever_the_order_of_hashing(manifest, tmp_path):
-    for seed in ("1", "2"):
-        path = tmp_path / f"{seed}.parquet"
-        root = Path(__file__).parents[2]
-        subprocess.run(
-            [sys.executable, "-c", WRITE, path],
-            env=os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": str(root)},
-            check=True,
-            capture_output=True,
-        )
-        assert path.read_bytes() == manifest.read_bytes()
+def test_nothing_but_the_manifest_and_the_count_of_the_rejected_stays(manifest):
+    names = {path.name for path in manifest.parent.iterdir()}
+    assert names == {"manifest.parquet", "manifest.rejected.json"}
+    rejected = json.loads(manifest.with_suffix(".rejected.json").read_text())
+    assert rejected.keys() == {"parents", "children"}
 
 
 def test_lineage_is_what_the_id_says(rows):
@@ -90,27 +54,24 @@ def test_lineage_is_what_the_id_says(rows):
     for name, row in rows.items():
         sample = SampleId.parse(name)
         assert row.family_id == sample.family
-        if name == sample.family:
-            assert row.parent_id == ""
-            assert row.kind == ("seed" if name in seeds else "parent")
-        else:
-            perturbed = sample.perturbation is not None
-            assert row.kind == ("perturbation" if perturbed else "child")
-            assert row.parent_id == (sample.template if perturbed else sample.family)
+        assert row.kind == sample.kind
+        assert row.parent_id == sample.made_from
+        if row.parent_id:
             assert row.seeds == rows[row.parent_id].seeds
         assert set(row.seeds) <= set(seeds.values())
-        assert len(row.seeds) == (1 if sample.is_of_seed_family else 2)
+        assert len(row.seeds) in ((1,) if sample.is_of_seed_family else (2, 3))
         assert row.split == split_of(name, SMALL.split)
+    assert rows["s02"].seeds == (seeds["s02"],)
 
 
 def test_every_edit_is_recorded_and_changes_the_scene(rows):
+    operators = {
+        "seed": {""},
+        "parent": {"compose"},
+        "child": set(EDITS),
+        "perturbation": {"perturb"},
+    }
     for row in rows.values():
-        operators = {
-            "seed": {""},
-            "parent": {"compose"},
-            "child": set(EDITS),
-            "perturbation": {"perturb"},
-        }
         edit = json.loads(row.edit) if row.edit else {"operator": ""}
         assert edit["operator"] in operators[row.kind]
         if row.parent_id:
@@ -156,32 +117,117 @@ def test_scenes_have_the_resolution_and_length_of_the_profile(rows):
         assert sim.time_step_dt * sim.substeps_per_frame == pytest.approx(0.01)
 
 
-def test_a_seed_that_there_is_not_is_an_error(tmp_path):
-    profile = dataclasses.replace(SMALL, seeds=("s99",))
-    with pytest.raises(PlanError, match="no seed 's99'; there are s00, s01"):
-        write_plan(profile, tmp_path / "m.parquet")
-    assert not (tmp_path / "m.parquet").exists()
+# ---- what it depends on
 
 
-def test_a_sample_without_a_candidate_is_named_with_the_last_fault(
+def test_growing_a_plan_leaves_its_rows_as_they_were(rows, tmp_path):
+    """More seeds, another batch of parents, more children, more perturbations."""
+    planned = write_plan(GROWN, tmp_path / "m.parquet", workers=2)
+    grown = {row.id: row for row in planned.rows}
+    assert list(grown) == sample_ids(GROWN)
+    assert len(grown) > 3 * len(rows)
+    assert {name: grown[name] for name in rows} == rows
+
+
+def test_another_root_seed_is_another_plan(rows, tmp_path):
+    profile = dataclasses.replace(
+        SMALL, root_seed=12, seeds=(), parents=(Batch(1, 35),)
+    )
+    other = write_plan(profile, tmp_path / "m.parquet", workers=1).rows
+    assert all(row.scene != rows[row.id].scene for row in other)
+
+
+@pytest.mark.parametrize(("seed", "workers"), [("1", 1), ("2", 2)])
+def test_a_plan_is_the_same_file_whatever_the_hashing_and_the_workers(
+    manifest, tmp_path, seed, workers
+):
+    path = tmp_path / "m.parquet"
+    subprocess.run(
+        command(path, "SMALL", workers),
+        env=environment(PYTHONHASHSEED=seed),
+        check=True,
+        capture_output=True,
+    )
+    assert path.read_bytes() == manifest.read_bytes()
+    one, other = (p.with_suffix(".rejected.json") for p in (path, manifest))
+    assert one.read_bytes() == other.read_bytes()
+
+
+def first_form(scene):
+    return scene.objects[0].shape.type
+
+
+def test_a_parent_that_nearly_repeats_a_root_before_it_is_drawn_again(
     tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("mpmworlds.builder.attempt.MOST_DRAWS", 2)
-    profile = dataclasses.replace(SMALL, seeds=(), resolution=63)
-    with pytest.raises(NoCandidateError, match="p0000: no pair of seeds") as error:
-        write_plan(profile, tmp_path / "m.parquet")
-    assert "none of 2 draws is a valid scene (last: " in str(error.value)
-    assert "output.resolution = 63, must be even" in str(error.value)
+    """Here two roots are near if their first objects are of the same shape."""
+
+    def is_near(scene, others, distance):
+        return first_form(scene) in map(first_form, others)
+
+    def forms(planned):
+        return {row.id: first_form(Scene.from_yaml(row.scene)) for row in planned.rows}
+
+    parents = dataclasses.replace(
+        SMALL,
+        seeds=(),
+        parents=(Batch(4, 35),),
+        children=Count(0),
+        root_perturbations=Count(0),
+    )
+    before = forms(write_plan(parents, tmp_path / "before.parquet", workers=1))
+    monkeypatch.setattr(plan, "structure", lambda scene: "any")
+    monkeypatch.setattr(plan, "is_near", is_near)
+    planned = write_plan(parents, tmp_path / "after.parquet", workers=1)
+    after = forms(planned)
+    assert len(set(before.values())) < len(before)
+    assert len(set(after.values())) == len(after)
+    assert planned.rejected["parents"]["near_duplicate"] >= len(before) - len(
+        set(before.values())
+    )
+    taken = set()
+    for name, form in before.items():
+        if form not in taken:  # nothing before it is near: it stays
+            assert after[name] == form
+        taken.add(after[name])
+
+
+SCENES = list(load_seeds().values())
+
+
+def choice(name, number, draw=0, rejected=()):
+    """A root that shows the scene of a seed."""
+    sample, scene = SampleId(name), SCENES[number]
+    draft = Draft(sample, sample.kind, "", (), "", scene, scene)
+    return sample, Choice(draft, draw, rejected)
 
 
 @pytest.mark.parametrize(
-    ("profiles", "message"),
+    ("choices", "expected"),
     [
-        ({}, "profile 'tiny' is not in params.yaml; it has"),
-        ({"tiny": {"seeds": [], "split": {}}}, "params.yaml: profile 'tiny': "),
-        ({"tiny": {"seeds": []}}, "params.yaml: profile 'tiny': 'split'"),
+        ([choice("p0000", 4), choice("p0001", 5)], {}),
+        ([choice("p0000", 4), choice("p0001", 4, draw=0)], {"p0001": {0}}),
+        ([choice("s02", 2), choice("p0000", 2, 1, ("no_room",))], {"p0000": {1}}),
+        (
+            [choice("s02", 2), choice("p0000", 2, 2, ("near_duplicate", "overlap"))],
+            {"p0000": {0, 2}},
+        ),
+        ([choice("s30", 30), choice("p0000", 30)], {}),  # s30 came later
+        ([choice("s30", 30), choice("p0002", 30)], {"p0002": {0}}),
+        ([choice("s01", 4), choice("s02", 4)], {}),  # seeds are as they are
     ],
 )
-def test_parameters_that_are_no_profile_are_an_error(profiles, message):
-    with pytest.raises(PlanError, match=message):
-        Profile.from_params({"root_seed": 1, "profiles": profiles}, "tiny")
+def test_a_parent_may_not_repeat_a_parent_nor_a_seed_that_was_there(choices, expected):
+    profile = dataclasses.replace(SMALL, parents=(Batch(2, 10), Batch(1, 35)))
+    found = plan._first_repeat(profile, dict(choices))
+    assert {str(sample): set(draws) for sample, draws in found.items()} == expected
+
+
+# ---- errors
+
+
+def test_a_seed_that_there_is_not_is_an_error_before_anything_is_planned(tmp_path):
+    profile = dataclasses.replace(SMALL, seeds=("s99",))
+    with pytest.raises(PlanError, match="no seed 's99'; there are s00, s01"):
+        write_plan(profile, tmp_path / "m.parquet")
+    assert list(tmp_path.iterdir()) == []

@@ -1,15 +1,19 @@
 """The store keeps what it is given and does not trust what it finds."""
 
 import json
+import os
 import resource
+import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mpmworlds.builder.disk import DiskFullError
 from mpmworlds.builder.manifest import text_sha256
-from mpmworlds.builder.store import Store
+from mpmworlds.builder.store import Store, encode_sample
 from mpmworlds.sim.encode import ColorError, decode_mp4, frames_sha256
 
 
@@ -91,7 +95,8 @@ def test_a_full_disk_is_a_clear_error_and_leaves_nothing_half_written(tmp_path):
 import sys, numpy as np, signal
 from pathlib import Path
 from mpmworlds.builder.disk import DiskFullError
-from mpmworlds.builder.store import Store
+from mpmworlds.builder.disk import DiskFullError
+from mpmworlds.builder.store import Store, encode_sample
 from mpmworlds.sim.palette import PALETTE, rgb
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 colors = np.array([rgb(c) for c in PALETTE.values()], np.uint8)
@@ -111,3 +116,133 @@ except DiskFullError as error:
     assert "no room to write it" in done.stdout
     assert "free some space" in done.stdout
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
+
+
+# ---- several processes, and the end of them
+
+
+def end_of(child):
+    """Run a function in a forked process; how that ends, as ``waitstatus``."""
+    process = os.fork()
+    if process == 0:
+        try:
+            child()
+        finally:
+            os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+
+
+def files_of(store):
+    return sorted(path for path in store.root.rglob("*") if path.is_file())
+
+
+@pytest.fixture
+def sample(make_program, run_inline):
+    program = make_program(2, size=16)
+    return encode_sample(program, run_inline(program), 30)
+
+
+def kill_at(step):
+    """Arrange that this process is killed just before a step of writing files."""
+    steps = iter(range(step + 1))
+
+    def count(do):
+        def counted(*arguments):
+            if next(steps) == step:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return do(*arguments)
+
+        return counted
+
+    os.fsync, Path.replace = count(os.fsync), count(Path.replace)
+
+
+@pytest.mark.parametrize("step", range(9))  # fsync, replace, fsync of three files
+def test_a_writer_killed_at_any_step_leaves_nothing_wrong(step, sample, tmp_path):
+    key = sample.description.program_sha256
+    store, whole = Store(tmp_path / "store"), Store(tmp_path / "whole")
+
+    def write():
+        kill_at(step)
+        store.claim(key)
+        store.add(sample)
+
+    assert end_of(write) == -signal.SIGKILL
+    assert store.get(key) == (sample if step == 8 else None)
+    assert store.sweep() == 1 + (step % 3 < 2)  # the claim, and perhaps a part
+    store.add(sample)
+    whole.add(sample)
+    assert store.get(key) == sample
+    assert [p.name for p in files_of(store)] == [p.name for p in files_of(whole)]
+
+
+def test_a_claim_is_given_once_and_leaves_no_file(sample, tmp_path):
+    store, key = Store(tmp_path / "store"), sample.description.program_sha256
+    claim = store.claim(key)
+    assert Store(store.root).claim(key) is None
+    assert end_of(lambda: os._exit(store.claim(key) is None)) == 1
+    with store.claim("0" * 64):
+        assert len(files_of(store)) == 2
+    claim.release()
+    assert files_of(store) == []
+    with store.claim(key) as again:
+        assert again is not None
+
+
+def test_sweeping_spares_the_living(sample, tmp_path):
+    store, key = Store(tmp_path / "store"), sample.description.program_sha256
+    reader, writer = os.pipe()
+    go_on, told = os.pipe()
+
+    def write():
+        replace = Path.replace
+
+        def told_replace(*arguments):
+            os.write(writer, b"!")
+            os.read(go_on, 1)
+            return replace(*arguments)
+
+        Path.replace = told_replace
+        with store.claim(key):
+            store.add(sample)
+
+    process = os.fork()
+    if process == 0:
+        try:
+            write()
+        finally:
+            os._exit(0)
+    for _ in range(3):
+        os.read(reader, 1)  # it is about to rename
+        assert {p.suffix for p in files_of(store)} >= {".part", ".lock"}
+        assert store.sweep() == 0
+        os.write(told, b"!")
+    os.waitpid(process, 0)
+    assert store.get(key) == sample
+    assert store.sweep() == 0
+    assert len(files_of(store)) == 3
+
+
+def test_sweeping_leaves_other_files_alone(entry):
+    store, _, _ = entry
+    before = [*files_of(store), store.root / ".gitignore"]
+    (store.root / ".gitignore").write_text("*")
+    assert store.sweep() == 0
+    assert files_of(store) == sorted(before)
+
+
+def test_a_sample_for_which_there_is_no_room_is_left_out_whole(sample, tmp_path):
+    store = Store(tmp_path / "store")
+
+    def write():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        limit = len(sample.program) + 1  # the program fits, the video does not
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+        try:
+            store.add(sample)
+        except DiskFullError:
+            os._exit(7)
+
+    assert end_of(write) == 7
+    assert [path.suffix for path in files_of(store)] == [".py"]
+    assert store.get(sample.description.program_sha256) is None

@@ -1,16 +1,17 @@
 """Scenes that tests share: one with every kind of object, and random valid ones."""
 
-from functools import cache, partial
+import copy
+from functools import cache
 
 from hypothesis import strategies as st
 
-from mpmworlds.builder.attempt import NoCandidateError, first_valid
-from mpmworlds.builder.compose import compose
+from mpmworlds.builder.compose import compose, draw_counts
 from mpmworlds.builder.modify import modify
 from mpmworlds.builder.perturb import perturb
+from mpmworlds.builder.place import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.streams import stream
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene import Scene, SceneError
 
 MANY = 44  # random scenes in all
 
@@ -216,24 +217,38 @@ def scene_data(*objects, gravity=(0.0, -9.8), frames=4, pixels=64):
     ).to_data()
 
 
+def first_valid(draw, number):
+    """Scene of the first draw, a function that gives plain data, that is valid."""
+    while True:
+        try:
+            return Scene.from_data(draw(), str(number))
+        except (SceneError, NoRoomError):
+            continue
+
+
+@cache
+def seeds_data():
+    """Plain data of the seeds by name. Not to be changed."""
+    return {name: scene.to_data() for name, scene in load_seeds().items()}
+
+
 @cache
 def random_scene(number):
-    """A scene made from one or two seeds by edits drawn from the stream of a number."""
-    rng = stream(0, "test scene", str(number))
-    seeds = list(load_seeds().values())
-    first, second = (seeds[i] for i in rng.permutation(len(seeds))[:2])
-    scene = first
-    edits = [modify, perturb]
-    if number % 4 == 0:
-        edits = [partial(compose, other=second.to_data()), modify]
-    for edit in edits:
-        try:
-            scene, _ = first_valid(
-                partial(edit, rng), scene.to_data(), lambda s: s, str(number)
-            )
-        except NoCandidateError:
-            continue  # this edit leaves no room; the next one may
-    return scene
+    """A scene made of seeds by edits drawn from the stream of a number."""
+    rng, seeds = stream(0, "test scene", str(number)), seeds_data()
+
+    def composed():
+        return compose(rng, seeds, *draw_counts(rng))[0]
+
+    def edited():
+        first, second = rng.permutation(sorted(seeds))[:2].tolist()
+        data = copy.deepcopy(seeds[first])
+        modify(rng, data, [*seeds[first]["objects"], *seeds[second]["objects"]])
+        return data
+
+    data = first_valid(edited if number % 4 else composed, number).to_data()
+    perturb(rng, data)
+    return Scene.from_data(data, str(number))
 
 
 scenes = st.integers(0, MANY - 1).map(random_scene)

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mpmworlds.splits import SampleId, SampleIdError
+from mpmworlds.splits.ids import KINDS
 
 families = st.one_of(
     st.integers(0, 20_000).map(lambda number: f"p{number:04d}"),
@@ -41,6 +42,23 @@ def test_every_accepted_text_is_the_one_spelling(text):
 def test_template_and_family_are_read_from_the_id(text, template, family):
     sample = SampleId.parse(text)
     assert (sample.template, sample.family) == (template, family)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "made_from"),
+    [
+        ("s07", "seed", ""),
+        ("p0123", "parent", ""),
+        ("p0123-c4", "child", "p0123"),
+        ("s07-c4", "child", "s07"),
+        ("p0123-c4-n07", "perturbation", "p0123-c4"),
+        ("p0123-n07", "perturbation", "p0123"),
+    ],
+)
+def test_kind_and_origin_are_read_from_the_id(text, kind, made_from):
+    sample = SampleId.parse(text)
+    assert (sample.kind, sample.made_from) == (kind, made_from)
+    assert kind in KINDS
 
 
 @pytest.mark.parametrize(

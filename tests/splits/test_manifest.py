@@ -3,16 +3,25 @@
 import pytest
 
 from mpmworlds.splits import (
+    ListParams,
     SplitListError,
     SplitParams,
     assign,
     check,
+    compute_lists,
     read_lists,
     write_lists,
 )
 
 PARAMS = SplitParams("mpmworlds-splits-1", 0.3, 0.3)
 IDS = [f"p{p:04d}{tail}" for p in range(20) for tail in ("", "-c0", "-c1", "-c1-n03")]
+
+LISTS = ListParams(
+    "lists-1",
+    {"test": 8, "modification_validation": 4},
+    {"seed": 8, "parent": 8, "child": 4, "perturbation": 1},
+    {"mini": {"train": 12, "test": 3, "modification_validation": 2}},
+)
 
 
 @pytest.fixture
@@ -114,11 +123,47 @@ def test_damaged_checksums_are_named(recorded, line):
         read_lists(recorded)
 
 
-def test_additional_lists_are_kept_beside_the_splits(recorded):
-    lists = read_lists(recorded) | {"evaluation_test": [first_of(recorded, "test")]}
-    write_lists(recorded, lists)
-    assert read_lists(recorded) == lists
-    assert check(recorded, IDS, PARAMS) == []
+@pytest.fixture
+def chosen(tmp_path):
+    write_lists(tmp_path / "chosen", compute_lists(IDS, PARAMS, LISTS))
+    return tmp_path / "chosen"
+
+
+def test_chosen_lists_are_recorded_beside_the_splits(chosen):
+    assert read_lists(chosen) == compute_lists(IDS, PARAMS, LISTS)
+    assert check(chosen, IDS, PARAMS, LISTS) == []
+
+
+def test_changed_choice_is_named(chosen):
+    lists = read_lists(chosen)
+    dropped = lists["mini_train"].pop(0)
+    taken = next(i for i in lists["train"] if i not in lists["mini_train"] + [dropped])
+    lists["mini_train"].append(taken)
+    write_lists(chosen, lists)
+    assert check(chosen, IDS, PARAMS, LISTS) == [
+        f"{taken}: recorded in mini_train, not chosen",
+        f"{dropped}: not recorded in mini_train, but chosen",
+    ]
+
+
+def test_id_twice_in_a_chosen_list_is_named(chosen):
+    path = chosen / "evaluation_test.txt"
+    first = first_of(chosen, "evaluation_test")
+    path.write_text(first + "\n" + path.read_text())
+    problems = check(chosen, IDS, PARAMS, LISTS)
+    assert f"{first}: twice in evaluation_test" in problems
+
+
+def test_list_that_the_parameters_do_not_ask_for_is_named(chosen):
+    problems = check(chosen, IDS, PARAMS)
+    assert len(problems) == 5
+    assert all("ask for no such list" in line for line in problems)
+
+
+def test_chosen_list_that_is_not_recorded_is_named(recorded):
+    problems = check(recorded, IDS, PARAMS, LISTS)
+    assert len(problems) == 5
+    assert problems[0].endswith("SHA256SUMS: does not name evaluation_test.txt")
 
 
 def test_split_without_a_list_is_named(recorded, tmp_path):

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Sequence
 
 import mpmworlds
-from mpmworlds.cli import corpus, release, scenes
+from mpmworlds.cli import corpus, inspect, materialise, propose, release, scenes
 from mpmworlds.cli.common import DONE, WRONG_USE, say
 
 INTERRUPTED = 130
@@ -21,8 +21,11 @@ VERBS = (
     scenes.add_run,
     corpus.add_plan,
     corpus.add_splits,
-    corpus.add_materialise,
+    materialise.add_materialise,
     corpus.add_build,
+    propose.add_propose,
+    inspect.add_stats,
+    inspect.add_audit,
     release.add_verify,
     release.add_evaluate,
 )

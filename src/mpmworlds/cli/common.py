@@ -4,9 +4,11 @@ import argparse
 import sys
 from collections.abc import Callable
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 DONE, DOES_NOT_HOLD, WRONG_USE = 0, 1, 2
+STORE = Path("work/store")
 
 
 def new_verb(verbs: Any, run: Callable[..., int], what: str, example: str) -> Any:
@@ -19,6 +21,26 @@ def new_verb(verbs: Any, run: Callable[..., int], what: str, example: str) -> An
     )
     parser.set_defaults(verb=run)
     return parser
+
+
+def add_corpus_options(parser: Any, *, store: bool) -> None:
+    """Add the options that say which corpus, and which store if there is one."""
+    parser.add_argument(
+        "--config",
+        default="tiny",
+        help="profile in params.yaml, or a subset of one (default tiny)",
+    )
+    parser.add_argument("--params", type=Path, help="another params.yaml")
+    if store:
+        parser.add_argument(
+            "--store",
+            type=Path,
+            default=STORE,
+            help=f"folder of rendered samples (default {STORE})",
+        )
+        parser.add_argument(
+            "--workers", type=int, default=0, help="processes (default: one per core)"
+        )
 
 
 def say(message: str) -> None:
@@ -60,6 +82,33 @@ def setting(params: dict[str, Any], name: str, kind: type) -> Any:
 
 def named_profile(options: argparse.Namespace) -> Any:
     """The profile that --config names."""
-    from mpmworlds.builder.plan import Profile
+    from mpmworlds.builder.profile import Profile
 
     return Profile.from_params(read_params(options), options.config)
+
+
+def named_subset(options: argparse.Namespace) -> tuple[str, set[str] | None]:
+    """Profile and ids of the subset that --config names, or the profile that it is."""
+    from mpmworlds.builder.profile import Profile, sample_ids
+    from mpmworlds.splits.assign import SPLITS
+    from mpmworlds.splits.lists import ListParams, compute_lists
+
+    params = read_params(options)
+    profiles = params.get("profiles") or {}
+    for name in sorted(profiles):
+        lists = ListParams.from_params(params, name)
+        if options.config in profiles or not lists:
+            continue
+        if options.config in lists.subsets:
+            profile = Profile.from_params(params, name)
+            chosen = compute_lists(sample_ids(profile), profile.split, lists)
+            parts = (chosen[f"{options.config}_{split}"] for split in SPLITS)
+            return name, {sample for part in parts for sample in part}
+    return options.config, None
+
+
+def named_lists(options: argparse.Namespace) -> Any:
+    """What the profile that --config names chooses from its splits, or None."""
+    from mpmworlds.splits.lists import ListParams
+
+    return ListParams.from_params(read_params(options), options.config)

@@ -1,4 +1,4 @@
-"""Verbs about a corpus: plan, splits, materialise, build."""
+"""Verbs about a corpus: plan, splits, build."""
 
 import argparse
 from pathlib import Path
@@ -7,32 +7,16 @@ from typing import Any
 from mpmworlds.cli.common import (
     DOES_NOT_HOLD,
     DONE,
+    add_corpus_options,
+    named_lists,
     named_profile,
+    named_subset,
     new_verb,
     read_params,
     say,
     setting,
 )
-
-STORE = Path("work/store")
-
-
-def add_corpus_options(parser: Any, *, store: bool) -> None:
-    """Add the options that say which corpus, and which store if there is one."""
-    parser.add_argument(
-        "--config", default="tiny", help="profile in params.yaml (default tiny)"
-    )
-    parser.add_argument("--params", type=Path, help="another params.yaml")
-    if store:
-        parser.add_argument(
-            "--store",
-            type=Path,
-            default=STORE,
-            help=f"folder of rendered samples (default {STORE})",
-        )
-        parser.add_argument(
-            "--workers", type=int, default=0, help="processes (default: one per core)"
-        )
+from mpmworlds.cli.materialise import render_rows
 
 
 def add_plan(verbs: Any) -> None:
@@ -45,14 +29,42 @@ def add_plan(verbs: Any) -> None:
     )
     add_corpus_options(parser, store=False)
     parser.add_argument("--out", type=Path, required=True, help="manifest to write")
+    parser.add_argument(
+        "--workers", type=int, default=0, help="processes (default: one per core)"
+    )
+    parser.add_argument(
+        "--ray",
+        metavar="ADDRESS",
+        help="plan on a Ray cluster: 'local' starts one, 'auto' or HOST:PORT joins one",
+    )
+    parser.add_argument(
+        "--trials",
+        type=Path,
+        help="findings of trials that need not be run again (default: the recorded)",
+    )
+    parser.add_argument(
+        "--record-trials", type=Path, help="write all findings that it rests on here"
+    )
 
 
 def plan(options: argparse.Namespace) -> int:
     """Write the manifest of a profile."""
     from mpmworlds.builder.plan import write_plan
+    from mpmworlds.builder.trials import RECORDED, write_recorded
 
-    rows = write_plan(named_profile(options), options.out)
-    print(f"{options.out}: {len(rows)} scenes")
+    done = write_plan(
+        named_profile(options),
+        options.out,
+        workers=options.workers,
+        ray=options.ray,
+        trials=options.trials or RECORDED,
+    )
+    if options.record_trials:
+        write_recorded(options.record_trials, done.trials)
+    for kind, reasons in done.rejected.items():
+        counts = ", ".join(f"{reason} {n}" for reason, n in reasons.items())
+        say(f"candidates for {kind} rejected: {counts or 'none'}")
+    print(f"{options.out}: {len(done.rows)} scenes")
     return DONE
 
 
@@ -61,7 +73,7 @@ def add_splits(verbs: Any) -> None:
     parser = new_verb(
         verbs,
         splits,
-        "record the split lists of a corpus, or check recorded ones",
+        "record the splits, evaluation lists and subsets of a corpus, or check them",
         "mpmworlds splits --check --dir splits/recorded/tiny",
     )
     add_corpus_options(parser, store=False)
@@ -76,67 +88,30 @@ def add_splits(verbs: Any) -> None:
 
 def splits(options: argparse.Namespace) -> int:
     """Record or check the lists of a corpus."""
-    from mpmworlds.builder.manifest import read_manifest
-    from mpmworlds.builder.plan import sample_ids
-    from mpmworlds.splits.assign import assign
-    from mpmworlds.splits.manifest import check, write_lists
+    from mpmworlds.builder.manifest import read_table
+    from mpmworlds.builder.profile import sample_ids
+    from mpmworlds.splits.lists import compute_lists
+    from mpmworlds.splits.manifest import check, read_lists, write_lists
 
-    profile = named_profile(options)
+    profile, lists = named_profile(options), named_lists(options)
     folder = options.dir or Path("splits/recorded") / options.config
     if options.manifest:
-        ids = [row.id for row in read_manifest(options.manifest)]
+        ids = read_table(options.manifest, ["id"])["id"].to_pylist()
     else:
         ids = sample_ids(profile)
     if options.check:
-        differences = check(folder, ids, profile.split)
-        print("\n".join(differences) or f"{folder}: {len(ids)} ids, as computed")
+        differences = check(folder, ids, profile.split, lists)
+        sizes = "" if differences else f"{_sizes(read_lists(folder))}, as computed"
+        print("\n".join(differences) or f"{folder}: {sizes}")
         return DOES_NOT_HOLD if differences else DONE
-    lists = assign(ids, profile.split)
-    write_lists(folder, lists)
-    print(f"{folder}: " + ", ".join(f"{k} {len(v)}" for k, v in lists.items()))
+    computed = compute_lists(ids, profile.split, lists)
+    write_lists(folder, computed)
+    print(f"{folder}: {_sizes(computed)}")
     return DONE
 
 
-def add_materialise(verbs: Any) -> None:
-    """Add the verb `materialise`."""
-    parser = new_verb(
-        verbs,
-        materialise,
-        "render the scenes of a manifest into the store, resumably",
-        "mpmworlds materialise --manifest work/tiny/manifest.parquet",
-    )
-    add_corpus_options(parser, store=True)
-    parser.add_argument("--manifest", type=Path, required=True, help="what to render")
-    parser.add_argument(
-        "--record", type=Path, help="write the hashes of all videos here (.jsonl)"
-    )
-
-
-def materialise(options: argparse.Namespace) -> int:
-    """Render what the store lacks."""
-    from mpmworlds.builder.manifest import read_manifest
-    from mpmworlds.builder.materialise import write_record
-    from mpmworlds.builder.store import Store
-
-    rows, store = read_manifest(options.manifest), Store(options.store)
-    done = _render(rows, store, options.workers)
-    if options.record and not done.failures:
-        write_record(options.record, rows, store)
-    return DOES_NOT_HOLD if done.failures else DONE
-
-
-def _render(rows: Any, store: Any, workers: int) -> Any:
-    """Render what is missing and say what became of it."""
-    from mpmworlds.builder.materialise import materialise as render
-
-    done = render(rows, store, store.root / "failures.jsonl", workers)
-    say(
-        f"{store.root}: {done.rendered} rendered, {done.reused} there before, "
-        f"{len(done.failures)} failed"
-    )
-    for failure in done.failures:
-        say(f"{failure.id}: {failure.reason}")
-    return done
+def _sizes(lists: Any) -> str:
+    return ", ".join(f"{name} {len(ids)}" for name, ids in lists.items())
 
 
 def add_build(verbs: Any) -> None:
@@ -154,25 +129,31 @@ def add_build(verbs: Any) -> None:
 
 def build(options: argparse.Namespace) -> int:
     """Build a release folder."""
-    from mpmworlds.builder.manifest import read_manifest
+    from mpmworlds.builder.manifest import read_manifest, recorded_manifest
     from mpmworlds.builder.plan import write_plan
     from mpmworlds.builder.release import build_release
     from mpmworlds.builder.store import Store
+    from mpmworlds.builder.trials import RECORDED
 
     params, store = read_params(options), Store(options.store)
     version = setting(params, "version", str)
     rows_per_shard = setting(params, "rows_per_shard", int)
-    manifest = options.manifest or options.store / f"{options.config}.parquet"
-    if not options.manifest:
-        write_plan(named_profile(options), manifest)
-    if _render(read_manifest(manifest), store, options.workers).failures:
+    profile, ids = named_subset(options)
+    manifest = options.manifest
+    if ids and not manifest:
+        manifest = recorded_manifest(profile)
+    elif not manifest:
+        manifest = options.store / f"{options.config}.parquet"
+        write_plan(named_profile(options), manifest, trials=RECORDED)
+    rows = [row for row in read_manifest(manifest) if ids is None or row.id in ids]
+    if render_rows(rows, store, options.workers).failures:
         say(f"{options.out}: not built, because scenes failed")
         return DOES_NOT_HOLD
     shards = build_release(
         manifest,
         store,
         options.out,
-        {options.config: None},
+        {options.config: ids},
         version=version,
         rows_per_shard=rows_per_shard,
         workers=options.workers or 1,

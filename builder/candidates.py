@@ -1,0 +1,173 @@
+"""Candidates for a sample: its k-th draw is a pure function of its id and k."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from mpmworlds.builder.compose import compose, draw_counts
+from mpmworlds.builder.manifest import text_sha256
+from mpmworlds.builder.modify import modify
+from mpmworlds.builder.parts import Data
+from mpmworlds.builder.perturb import perturb
+from mpmworlds.builder.place import NoRoomError
+from mpmworlds.builder.profile import PlanError, Profile
+from mpmworlds.builder.streams import stream
+from mpmworlds.sim.scale import rescale
+from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.splits.ids import SampleId
+
+MOST_DRAWS: Final = 400
+FAULTS: Final = {  # what a message of `SceneError` says, in a word
+    "overlaps": "overlap",
+    "must stay within": "out_of_domain",
+    "to be stable": "unstable",
+    "too near to": "colors",
+    "particles": "particles",
+    "emission": "emission",
+}
+
+
+class NoCandidateError(RuntimeError):
+    """No draw led to a valid scene."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A planned sample: at full resolution for its descendants, and as it is kept.
+
+    Attributes
+    ----------
+    id, kind, made_from, seeds, edit
+        As in a row of the manifest.
+    full, kept
+        Its scene.
+    """
+
+    id: SampleId
+    kind: str
+    made_from: str
+    seeds: tuple[str, ...]
+    edit: str
+    full: Scene
+    kept: Scene
+
+    @property
+    def key(self) -> str:
+        """Name of its trial: the hash of its scene."""
+        return scene_key(self.full)
+
+
+def scene_key(scene: Scene) -> str:
+    """Name of the trial of a scene: the hash of its text."""
+    return text_sha256(scene.to_yaml())
+
+
+def seed(profile: Profile, sample: SampleId, name: str, scene: Scene) -> Draft:
+    """A seed as it is."""
+    return Draft(sample, "seed", "", (name,), "", scene, kept(profile, scene))
+
+
+def parent(
+    profile: Profile, sample: SampleId, k: int, seeds: Mapping[str, Data]
+) -> Draft:
+    """The k-th candidate for a parent; raises `SceneError` or `NoRoomError`."""
+    counts = draw_counts(stream(profile.root_seed, "counts", str(sample)))
+    rng = stream(profile.root_seed, "parent", str(sample), str(k))
+    data, record = compose(rng, seeds, *counts)
+    full = Scene.from_data(data, str(sample))
+    names = tuple(record.pop("seeds"))
+    edit = json.dumps(record, sort_keys=True)
+    return Draft(sample, "parent", "", names, edit, full, kept(profile, full))
+
+
+def proposed(profile: Profile, sample: SampleId, proposal: Data) -> Draft:
+    """A parent that a language model proposed; raises `SceneError`."""
+    full = Scene.from_yaml(proposal["scene"], str(sample))
+    edit = json.dumps(proposal["edit"], sort_keys=True)
+    names = tuple(proposal["seeds"])
+    return Draft(sample, "parent", "", names, edit, full, kept(profile, full))
+
+
+def read_proposals(path: Path, count: int) -> list[Data]:
+    """The first so many proposals of a file of `mpmworlds propose`.
+
+    Raises
+    ------
+    PlanError
+        If it is not there, is no such file, or has too few.
+    """
+    try:
+        lines = path.read_text("utf-8").splitlines()[:count]
+        found: list[Data] = [json.loads(line) for line in lines]
+    except (OSError, ValueError) as error:
+        raise PlanError(f"parents: proposals = {str(path)!r}: {error}") from None
+    if len(found) < count:
+        raise PlanError(
+            f"parents: proposals = {str(path)!r} has {len(found)}, must have at least "
+            f"count = {count}; lower it or propose more"
+        )
+    missing = [key for key in ("seeds", "edit", "scene") if key not in found[0]]
+    if missing:
+        raise PlanError(f"parents: proposals = {str(path)!r} have no {missing[0]!r}")
+    return found
+
+
+def child(
+    profile: Profile, origin: Draft, sample: SampleId, k: int, pool: list[Data]
+) -> Draft:
+    """The k-th candidate for a child; raises `SceneError` or `NoRoomError`."""
+    rng = stream(profile.root_seed, "child", str(sample), str(k))
+    data = origin.full.to_data()
+    record = modify(rng, data, pool)
+    return _descendant(profile, origin, sample, "child", data, record)
+
+
+def perturbation(profile: Profile, origin: Draft, sample: SampleId) -> Draft:
+    """The first valid perturbation of a template; raises `NoCandidateError`."""
+    fault = ""
+    for k in range(MOST_DRAWS):
+        rng = stream(profile.root_seed, "perturbation", str(sample), str(k))
+        data = origin.full.to_data()
+        record = perturb(rng, data)
+        try:
+            return _descendant(profile, origin, sample, "perturbation", data, record)
+        except SceneError as error:
+            fault = str(error).splitlines()[0]
+    raise NoCandidateError(
+        f"{sample}: none of {MOST_DRAWS} perturbations is a valid scene (last: {fault})"
+    )
+
+
+def reason_of(error: SceneError | NoRoomError) -> str:
+    """A word for why a draw is no valid scene."""
+    if isinstance(error, NoRoomError):
+        return "no_room"
+    text = str(error)
+    return next((word for key, word in FAULTS.items() if key in text), "invalid")
+
+
+def kept(profile: Profile, scene: Scene) -> Scene:
+    """A scene at the resolution and length of a profile."""
+    sim, wanted = scene.simulation, profile.grid_resolution
+    same = (
+        sim.grid_resolution == wanted and scene.output.resolution == profile.resolution
+    )
+    if same and sim.duration_frames == profile.duration_frames:
+        return scene
+    return rescale(scene, wanted, profile.resolution, profile.duration_frames)
+
+
+def _descendant(
+    profile: Profile,
+    origin: Draft,
+    sample: SampleId,
+    kind: str,
+    data: Data,
+    record: Data,
+) -> Draft:
+    full = Scene.from_data(data, str(sample))
+    edit = json.dumps(record, sort_keys=True)
+    scenes = full, kept(profile, full)
+    return Draft(sample, kind, str(origin.id), origin.seeds, edit, *scenes)

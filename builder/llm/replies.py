@@ -1,0 +1,191 @@
+"""From the text of a model to a valid scene, or the reason why there is none."""
+
+import re
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+from mpmworlds.sim.palette import is_exact, nearest
+from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.text import parse_yaml
+
+Reason = Literal[
+    "malformed",  # a choice without a message
+    "refused",  # the model or the server's filter declines
+    "truncated",  # it was cut off
+    "empty",  # it says nothing
+    "no_yaml",  # no block that could be a scene
+    "several_yaml",  # more than one
+    "bad_yaml",  # the block is not YAML
+    "invalid_scene",  # it is YAML, but breaks a rule of scenes
+]
+YAML: Final = ("yaml", "yml")
+PYTHON: Final = ("python", "py", "python3")
+FENCE: Final = re.compile(r" {0,3}(`{3,}|~{3,})\s*([\w.+-]*)[^`]*$")
+THOUGHT: Final = re.compile(r"\A\s*<think>.*?</think>", re.DOTALL)
+SCENE: Final = re.compile(r"^schema:", re.MULTILINE)
+PROGRAM: Final = re.compile(r"^(def|import|from) ", re.MULTILINE)
+DECLINED: Final = re.compile(
+    r"\b(I'm|I am) (sorry|unable|not able)|\bI (can't|cannot|can not|won't)\b",
+    re.IGNORECASE,
+)
+HEX: Final = re.compile(r"#[0-9A-Fa-f]{6}")
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """Why a reply gives no scene.
+
+    Attributes
+    ----------
+    reason
+        One of `Reason`, to be counted.
+    detail
+        What exactly was wrong.
+    """
+
+    reason: Reason
+    detail: str
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What a reply gives.
+
+    Attributes
+    ----------
+    scene
+        A valid scene in palette colours.
+    programs
+        Programs beside it; there should be at most one.
+    """
+
+    scene: Scene
+    programs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: the language that its fence names, and its text."""
+
+    language: str
+    text: str
+
+
+class UnclosedError(ValueError):
+    """A fenced block does not end."""
+
+
+def read_choice(choice: Any, source: str) -> Candidate | Rejection:
+    """Read one choice of a chat completion.
+
+    Parameters
+    ----------
+    choice
+        Plain data, with `message` and `finish_reason`.
+    source
+        Name of the reply, for messages.
+
+    Returns
+    -------
+    Candidate or Rejection
+        The scene, or the first reason against it.
+    """
+    message = choice.get("message") if isinstance(choice, dict) else None
+    if not isinstance(message, dict):
+        return Rejection("malformed", "the choice holds no message")
+    text, finish = message.get("content"), choice.get("finish_reason")
+    if message.get("refusal"):
+        return Rejection("refused", str(message["refusal"]))
+    if finish == "content_filter":
+        return Rejection("refused", "the server's content filter stopped it")
+    if finish == "length":
+        return Rejection("truncated", "the model reached its limit of tokens")
+    if not isinstance(text, str) or not text.strip():
+        return Rejection("empty", "the reply holds no text")
+    return _read_text(THOUGHT.sub("", text), source)
+
+
+def _read_text(text: str, source: str) -> Candidate | Rejection:
+    try:
+        blocks = fenced_blocks(text)
+    except UnclosedError as error:
+        return Rejection("truncated", str(error))
+    scenes = [b.text for b in blocks if _is(b, YAML, SCENE)]
+    if not blocks and SCENE.match(text.lstrip()):
+        scenes = [text]  # the whole reply is the file
+    if not scenes:
+        if not blocks and DECLINED.search(text):
+            return Rejection("refused", text.strip().splitlines()[0])
+        return Rejection("no_yaml", f"none of {len(blocks)} fenced blocks is YAML")
+    if len(scenes) > 1:
+        return Rejection("several_yaml", f"{len(scenes)} YAML blocks, must be one")
+    try:
+        data = parse_yaml(scenes[0], source)
+    except SceneError as error:
+        return Rejection("bad_yaml", str(error))
+    move_to_palette(data)
+    try:
+        scene = Scene.from_data(data, source)
+    except SceneError as error:
+        return Rejection("invalid_scene", str(error))
+    return Candidate(scene, tuple(b.text for b in blocks if _is(b, PYTHON, PROGRAM)))
+
+
+def _is(block: Block, languages: tuple[str, ...], content: re.Pattern[str]) -> bool:
+    """Whether a block names one of some languages, or names none but looks like it."""
+    if block.language:
+        return block.language in languages
+    other = PROGRAM if content is SCENE else SCENE
+    return bool(content.search(block.text)) and not other.search(block.text)
+
+
+def fenced_blocks(text: str) -> list[Block]:
+    """Fenced code blocks of Markdown text, in order.
+
+    Parameters
+    ----------
+    text
+        Markdown.
+
+    Returns
+    -------
+    list of Block
+        Without their fences.
+
+    Raises
+    ------
+    UnclosedError
+        If the last one does not end.
+    """
+    blocks: list[Block] = []
+    fence, language, lines = "", "", list[str]()
+    for line in text.splitlines():
+        found = FENCE.match(line)
+        if not fence and found:
+            fence, language, lines = found[1], found[2].lower(), []
+        elif fence and line.strip().startswith(fence) and not line.strip(f" {fence}"):
+            blocks.append(Block(language, "\n".join(lines) + "\n"))
+            fence = ""
+        elif fence:
+            lines.append(line)
+    if fence:
+        raise UnclosedError(f"fenced block {len(blocks) + 1} does not end")
+    return blocks
+
+
+def move_to_palette(data: Any) -> None:
+    """Replace colours that the codec does not keep by the nearest ones, in place.
+
+    Parameters
+    ----------
+    data
+        Plain data of a scene, not validated yet; what is no colour stays as it is.
+    """
+    objects = data.get("objects") if isinstance(data, dict) else None
+    for thing in objects if isinstance(objects, list) else []:
+        looks = thing.get("visualization") if isinstance(thing, dict) else None
+        if not isinstance(looks, dict):
+            continue
+        color = looks.get("color")
+        if isinstance(color, str) and HEX.fullmatch(color) and not is_exact(color):
+            looks["color"] = nearest(color)

@@ -1,0 +1,179 @@
+"""What to plan: the numbers of a corpus, as `params.yaml` gives them."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from mpmworlds.splits.assign import SplitParams
+from mpmworlds.splits.ids import SampleId
+
+SCREENS: Final = ("none", "parents", "templates")
+COUNTS: Final = ("children", "root_perturbations", "child_perturbations")
+
+
+class PlanError(ValueError):
+    """Parameters from which no corpus can be planned."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Parents that are composed of the same seeds, or were proposed by a model.
+
+    Attributes
+    ----------
+    count
+        How many parents.
+    seeds
+        They are composed of the first so many seeds; a seed that is added later is
+        for later batches, so that no parent changes.
+    proposals
+        File of ``mpmworlds propose``, whose scenes are taken in order.
+    """
+
+    count: int
+    seeds: int = 0
+    proposals: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be composed."""
+        _whole("parents: count", self.count, 1 if self.proposals else 0)
+        _whole("parents: seeds", self.seeds, 0 if self.proposals else 2)
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many samples are made from each of several others.
+
+    Attributes
+    ----------
+    each
+        From each.
+    more
+        The first so many parents get one more, to make a total.
+    """
+
+    each: int
+    more: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no number of samples."""
+        _whole("each", self.each, 0)
+        _whole("more", self.more, 0)
+
+    def of(self, root: SampleId) -> int:
+        """Number for one root, a seed or a parent."""
+        first = not root.is_of_seed_family and int(root.family[1:]) < self.more
+        return self.each + int(first)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A corpus to plan: how many scenes of each kind, and at which resolution.
+
+    Attributes
+    ----------
+    root_seed
+        Seed of every random choice.
+    seeds
+        Ids of the seed scenes that are part of it, such as ``s03``.
+    parents
+        Batches of composed parents, numbered on from one to the next.
+    children
+        Children of each seed and each parent.
+    root_perturbations, child_perturbations
+        Perturbations of each seed and parent, and of each child.
+    screen
+        Which templates must pass a short run, a member of `SCREENS`.
+    grid_resolution, resolution
+        Cells and pixels per side.
+    duration_frames
+        Frames of a video.
+    split
+        Parameters of the splits.
+    """
+
+    root_seed: int
+    seeds: tuple[str, ...]
+    parents: tuple[Batch, ...]
+    children: Count
+    root_perturbations: Count
+    child_perturbations: Count
+    screen: str
+    grid_resolution: int
+    resolution: int
+    duration_frames: int
+    split: SplitParams
+
+    @classmethod
+    def from_params(cls, params: dict[str, Any], name: str) -> "Profile":
+        """Read a profile from the data of ``params.yaml``; raises `PlanError`."""
+        profiles = params.get("profiles") or {}
+        if name not in profiles:
+            raise PlanError(
+                f"profile {name!r} is not in params.yaml; it has {sorted(profiles)}"
+            )
+        start = f"params.yaml: profile {name!r}"
+        try:
+            fields: dict[str, Any] = dict(profiles[name])
+            fields.pop("lists", None)  # of subsets, see mpmworlds.splits.lists
+            fields |= {key: _count(fields[key]) for key in COUNTS}
+            return cls(
+                split=SplitParams(**fields.pop("split")),
+                seeds=tuple(fields.pop("seeds")),
+                parents=tuple(Batch(**batch) for batch in fields.pop("parents")),
+                root_seed=params["root_seed"],
+                **fields,
+            )
+        except KeyError as error:
+            raise PlanError(f"{start}: {error} is missing; add it") from None
+        except (TypeError, ValueError) as error:
+            raise PlanError(f"{start}: {error}") from None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be a number of frames, or a screen."""
+        _whole("duration_frames", self.duration_frames, 1)
+        if self.screen not in SCREENS:
+            raise PlanError(
+                f"screen = {self.screen!r}, must be one of {', '.join(SCREENS)}"
+            )
+
+    def roots(self) -> list[SampleId]:
+        """Seeds, then parents."""
+        total = sum(batch.count for batch in self.parents)
+        parents = [SampleId.parse(f"p{i:04d}") for i in range(total)]
+        return [*map(SampleId.parse, self.seeds), *parents]
+
+    def batch_of(self, parent: SampleId) -> tuple[Batch, int]:
+        """Batch that a parent belongs to, and its number in it."""
+        number = int(parent.family[1:])
+        for batch in self.parents:
+            if number < batch.count:
+                return batch, number
+            number -= batch.count
+        raise PlanError(f"{parent}: is in no batch of parents")
+
+    def family(self, root: SampleId) -> list[SampleId]:
+        """A root, its children, and the perturbations of all of them."""
+        children = [SampleId(root.family, j) for j in range(self.children.of(root))]
+        counts = [(root, self.root_perturbations.of(root))]
+        counts += [(child, self.child_perturbations.of(root)) for child in children]
+        perturbed = [
+            SampleId(template.family, template.child, j)
+            for template, count in counts
+            for j in range(count)
+        ]
+        return [root, *children, *perturbed]
+
+
+def sample_ids(profile: Profile) -> list[str]:
+    """Ids of a corpus, sorted, without planning its scenes."""
+    families = map(profile.family, profile.roots())
+    return sorted(str(sample) for family in families for sample in family)
+
+
+def _count(data: Any) -> Count:
+    return Count(data) if isinstance(data, int) else Count(**data)
+
+
+def _whole(name: str, value: Any, least: int) -> None:
+    if not isinstance(value, int) or value < least:
+        raise PlanError(f"{name} = {value!r}, must be a whole number >= {least}")

@@ -1,0 +1,197 @@
+"""Templates: the candidates that are valid, pass their trial, and are new.
+
+Everything here is a pure function of a profile, an id and the findings of trials, so it
+can be worked out in any order and by any number of processes.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from mpmworlds.builder import candidates
+from mpmworlds.builder.candidates import (
+    MOST_DRAWS,
+    Draft,
+    NoCandidateError,
+    read_proposals,
+    reason_of,
+    scene_key,
+)
+from mpmworlds.builder.place import NoRoomError
+from mpmworlds.builder.profile import PlanError, Profile
+from mpmworlds.builder.screen import Findings, fault, try_out
+from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.warm import WarmStart
+from mpmworlds.splits.ids import SampleId
+from mpmworlds.splits.similarity import config_distance
+
+NEAR_ROOTS: Final = 0.02  # config distance below which a parent is a duplicate
+NEAR_SIBLINGS: Final = 0.002  # and a child of the same family
+
+
+@dataclass
+class Screen:
+    """Trials: those that are known, and those that are run for want of them.
+
+    Attributes
+    ----------
+    known
+        Findings by key.
+    new
+        Those of the trials that were run here.
+    asked
+        Keys of all that were asked for.
+    """
+
+    known: dict[str, Findings]
+    new: dict[str, Findings] = field(default_factory=dict)
+    asked: set[str] = field(default_factory=set)
+    _warm: WarmStart | None = None
+
+    def fault(self, scene: Scene) -> str | None:
+        """Why a template is rejected; None if it is not."""
+        key = scene_key(scene)
+        self.asked.add(key)
+        found = self.known.get(key) or self.new.get(key)
+        if found is None:
+            self._warm = self._warm or WarmStart()
+            found = self.new[key] = try_out(scene, self._warm)
+        return fault(found)
+
+    def take(self) -> dict[str, Findings]:
+        """All findings that were asked for since the last time."""
+        self.known |= self.new
+        found = {key: self.known[key] for key in self.asked}
+        self.new, self.asked = {}, set()
+        return found
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A template, the number of its draw, and why those before it were rejected."""
+
+    draft: Draft
+    draw: int
+    rejected: tuple[str, ...]
+
+
+class Templates:
+    """Chooses the templates of a corpus.
+
+    Parameters
+    ----------
+    profile
+        The corpus.
+    screen
+        Its trials; none are run for a profile without a screen.
+
+    Raises
+    ------
+    PlanError
+        If the profile asks for a seed that there is not.
+    """
+
+    def __init__(self, profile: Profile, screen: Screen) -> None:
+        self.profile, self.screen = profile, screen
+        self._scenes = load_seeds()
+        self._data = {name: scene.to_data() for name, scene in self._scenes.items()}
+        self._names = {name.split("_")[0]: name for name in self._scenes}
+        for name in profile.seeds:
+            if name not in self._names:
+                known = ", ".join(self._names)
+                raise PlanError(f"there is no seed {name!r}; there are {known}")
+        for batch in profile.parents:
+            if batch.seeds > len(self._names):
+                raise PlanError(
+                    f"parents: seeds = {batch.seeds}, must be <= {len(self._names)}, "
+                    "the number of seeds that there are"
+                )
+
+        self._proposals = {
+            batch.proposals: read_proposals(Path(batch.proposals), batch.count)
+            for batch in profile.parents
+            if batch.proposals
+        }
+
+    def seed(self, sample: SampleId) -> Draft:
+        """A seed as it is."""
+        name = self._names[str(sample)]
+        return candidates.seed(self.profile, sample, name, self._scenes[name])
+
+    def parent(self, sample: SampleId, not_draws: Collection[int]) -> Choice:
+        """First candidate for a parent that passes, but for some draws."""
+        batch, number = self.profile.batch_of(sample)
+        if batch.proposals:
+            proposal = self._proposals[batch.proposals][number]
+
+            def draw(k: int) -> Draft:
+                if k:
+                    raise NoCandidateError(
+                        f"{sample}: proposal {number} of {batch.proposals} is rejected "
+                        "as invalid, a near duplicate, or by its trial; leave it out"
+                    )
+                return candidates.proposed(self.profile, sample, proposal)
+
+        else:
+            names = list(self._names.values())[: batch.seeds]
+            seeds = {name: self._data[name] for name in names}
+
+            def draw(k: int) -> Draft:
+                return candidates.parent(self.profile, sample, k, seeds)
+
+        return self._first(sample, draw, [], not_draws)
+
+    def children(self, root: Draft) -> Iterator[Choice]:
+        """Children of a root, in order."""
+        pool = [thing for name in root.seeds for thing in self._data[name]["objects"]]
+        siblings = [root.full]
+        for j in range(self.profile.children.of(root.id)):
+            sample = SampleId(root.id.family, j)
+
+            def draw(k: int, sample: SampleId = sample) -> Draft:
+                return candidates.child(self.profile, root, sample, k, pool)
+
+            choice = self._first(sample, draw, siblings, ())
+            siblings.append(choice.draft.full)
+            yield choice
+
+    def _first(
+        self,
+        sample: SampleId,
+        draw: Callable[[int], Draft],
+        others: list[Scene],
+        not_draws: Collection[int],
+    ) -> Choice:
+        rejected: list[str] = []
+        for k in range(MOST_DRAWS):
+            try:
+                if k in not_draws:
+                    reason: str | None = "near_duplicate"
+                else:
+                    draft = draw(k)
+                    reason = self._reason(draft, others)
+            except (SceneError, NoRoomError) as error:
+                reason = reason_of(error)
+            if reason is None:
+                return Choice(draft, k, tuple(rejected))
+            rejected.append(reason)
+        raise NoCandidateError(
+            f"{sample}: none of {MOST_DRAWS} draws is a valid scene that passes its "
+            f"trial (last: {rejected[-1]}); choose other seeds"
+        )
+
+    def _reason(self, draft: Draft, others: list[Scene]) -> str | None:
+        """Why a valid candidate is rejected."""
+        if is_near(draft.full, others, NEAR_SIBLINGS):
+            return "near_duplicate"
+        tried = ("parent",) if self.profile.screen == "parents" else ("parent", "child")
+        if self.profile.screen == "none" or draft.kind not in tried:
+            return None
+        return self.screen.fault(draft.full)
+
+
+def is_near(scene: Scene, others: Collection[Scene], distance: float) -> bool:
+    """Whether a scene nearly repeats one of others."""
+    return any(config_distance(scene, other) < distance for other in others)

@@ -1,0 +1,105 @@
+"""A file that only grows, line by line, and survives any stop.
+
+What is appended is on the disk on return, or not in the file at all. A line that was
+not written whole, because the process was killed in the middle, is no line.
+"""
+
+import fcntl
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+
+class JournalBusyError(ValueError):
+    """Another process is writing the file."""
+
+
+class Journal:
+    """A file of lines open for going on with, held by one process at a time.
+
+    Parameters
+    ----------
+    path
+        The file. Made, with its folder, if it is not there.
+    wait
+        Whether to wait for a process that holds it.
+
+    Raises
+    ------
+    JournalBusyError
+        If another process holds it and this one is not to wait.
+    """
+
+    def __init__(self, path: Path, *, wait: bool = False) -> None:
+        self.path = path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._stream = path.open("a+b")
+        try:
+            how = fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB)
+            fcntl.flock(self._stream, how)
+        except BaseException as error:
+            self._stream.close()
+            if not isinstance(error, BlockingIOError):
+                raise
+            raise JournalBusyError(
+                f"{path}: another process is writing it; wait for it"
+            ) from error
+
+    def lines(self) -> Iterator[tuple[int, bytes, int]]:
+        """Yield number, bytes and end of every whole line."""
+        self._stream.seek(0)
+        end = 0
+        for number, line in enumerate(self._stream, 1):
+            if not line.endswith(b"\n"):
+                return
+            end += len(line)
+            yield number, line, end
+
+    def cut(self, end: int) -> int:
+        """Drop what follows a place; returns how many bytes that were."""
+        size = self._stream.seek(0, os.SEEK_END)
+        if end < size:
+            self._stream.truncate(end)
+        return size - end
+
+    def end(self) -> int:
+        """Where the last whole line ends."""
+        size = self._stream.seek(0, os.SEEK_END)
+        start, found = size, -1
+        while start and found < 0:
+            start = max(start - (1 << 16), 0)
+            self._stream.seek(start)
+            found = self._stream.read(size - start).rfind(b"\n")
+        return start + found + 1
+
+    def append(self, text: str) -> None:
+        """Add whole lines; raises `OSError` and leaves the file as it was, or none."""
+        end = self._stream.seek(0, os.SEEK_END)
+        descriptor = self._stream.fileno()
+        left = memoryview(text.encode())
+        try:
+            while left:
+                left = left[os.write(descriptor, left) :]
+            os.fsync(descriptor)
+        except OSError:
+            os.ftruncate(descriptor, end)
+            raise
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._stream.close()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Let go of the file."""
+        self.close()

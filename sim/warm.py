@@ -1,0 +1,133 @@
+"""Run many short programs: each in a process of its own, forked from a warm one.
+
+Starting an interpreter that imports Taichi takes longer than a short trial. A program
+runs as in `run`, from its released text, but may be told to draw no pictures.
+"""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from importlib.resources import as_file, files
+from pathlib import Path
+from types import TracebackType
+
+from mpmworlds.sim.run import MEMORY, Outcome, Received, Status, collect, environment
+
+
+class WarmStart:
+    """Forks programs from a process that is kept.
+
+    Parameters
+    ----------
+    memory
+        Address space allowed to a program [bytes].
+    """
+
+    def __init__(self, memory: int = MEMORY) -> None:
+        self._memory = memory
+        self._scratch = tempfile.TemporaryDirectory(prefix="mpmworlds-")
+        self._socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with as_file(files("mpmworlds.sim").joinpath("zygote.py")) as script, other:
+            self._process = subprocess.Popen(
+                [sys.executable, "-I", str(script), str(other.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                pass_fds=[other.fileno()],
+                env=environment(Path(self._scratch.name)),
+                start_new_session=True,
+            )
+
+    def run(
+        self, program_text: str, max_frames: int, timeout: float, *, pictures: bool
+    ) -> Outcome:
+        """Run a linked program and collect its states, and its frames if wanted.
+
+        Parameters
+        ----------
+        program_text
+            Text that the linker wrote.
+        max_frames
+            Frames to run.
+        timeout
+            Wall time allowed [s].
+        pictures
+            Whether to draw; else frames show what never moves, at most.
+
+        Returns
+        -------
+        Outcome
+            Never raises for anything that the program does.
+
+        Raises
+        ------
+        RuntimeError
+            If the process that is kept has died.
+        """
+        start = time.monotonic()
+        with tempfile.TemporaryDirectory(dir=self._scratch.name) as folder:
+            path, log = Path(folder) / "program.py", Path(folder) / "log"
+            path.write_text(program_text, "utf-8")
+            received, (reader, writer) = Received(), os.pipe()
+            arguments = {
+                "path": str(path),
+                "log": str(log),
+                "max_frames": max_frames,
+                "memory": self._memory,
+                "states": True,
+                "pictures": pictures,
+            }
+            pid = self._fork(json.dumps(arguments).encode(), writer)
+            verdict: tuple[Status, str] | None
+            try:
+                verdict = collect(reader, received, start + timeout)
+            except TimeoutError:
+                verdict = "timeout", f"no end within {timeout:g} s"
+            finally:
+                with suppress(ProcessLookupError):
+                    os.killpg(pid, signal.SIGKILL)
+                os.close(reader)
+        status, message = verdict or ("crash", "it ended without a report")
+        seconds = time.monotonic() - start
+        return received.outcome(status, message, seconds)
+
+    def _fork(self, message: bytes, writer: int) -> int:
+        try:
+            socket.send_fds(self._socket, [message], [writer])
+            answer = self._socket.recv(8)
+        except OSError:
+            answer = b""
+        finally:
+            os.close(writer)
+        if not answer:
+            raise RuntimeError(
+                "the process that programs are forked from has died, perhaps for lack "
+                "of memory; run the command again, what is finished is kept"
+            )
+        return int.from_bytes(answer, "little")
+
+    def close(self) -> None:
+        """End the process that is kept."""
+        self._socket.close()
+        self._process.kill()
+        self._process.wait()
+        self._scratch.cleanup()
+
+    def __enter__(self) -> "WarmStart":
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close."""
+        self.close()

@@ -1,0 +1,118 @@
+"""A process that has imported what programs import, and forks for each of them.
+
+Called as `zygote.py SOCKET`, beside `child.py`. A message on the socket is the JSON of
+the arguments of `child.main` and brings the pipe along; the answer is the number of the
+new process, which leads a session of its own.
+"""
+
+import ast
+import gc
+import importlib
+import importlib.util
+import json
+import os
+import signal
+import socket
+import sys
+from functools import cache
+from types import FunctionType, ModuleType, SimpleNamespace
+from typing import Any
+
+LARGEST_MESSAGE = 1 << 16
+
+
+def main(number: int) -> None:
+    """Serve until the other end closes."""
+    child = _load("child")
+    for name in ("numpy", "cv2", "taichi"):
+        importlib.import_module(name)
+    _spare_the_compiler()
+    readout = _load("readout")
+    gc.freeze()
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the children
+    server = socket.socket(fileno=number)
+    while True:
+        message, pipes, _, _ = socket.recv_fds(server, LARGEST_MESSAGE, 1)
+        if not message:
+            return
+        pid = os.fork()
+        if pid == 0:
+            server.close()
+            arguments = json.loads(message)
+            if not arguments.pop("pictures"):
+                arguments["read"] = readout.read_state
+            _become(child, pipes[0], arguments)
+        os.close(pipes[0])
+        server.sendall(pid.to_bytes(8, "little"))
+
+
+def _load(name: str) -> ModuleType:
+    """A module beside this one; the package is not imported."""
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} cannot be loaded")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _become(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> None:
+    """Run one program; never returns."""
+    code = 1
+    try:
+        os.setsid()
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        gc.disable()
+        log = os.open(arguments.pop("log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(log, 1)
+        os.dup2(log, 2)
+        os.chdir(os.path.dirname(arguments["path"]))
+        child.main(pipe=pipe, **arguments)
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def _spare_the_compiler() -> None:
+    """Leave out what Taichi does in Python for its error messages only.
+
+    It lays out the source position of every expression, and reads and wraps the text of
+    a function at each of its calls: half of its time in Python. What it compiles, and
+    so every bit of a result, stays the same.
+    """
+    compiler: Any = importlib.import_module("taichi.lang.kernel_impl")
+    compiler.getsourcefile = lambda function: function.__code__.co_filename
+    compiler.getsourcelines = _lines_of
+    compiler.textwrap = SimpleNamespace(fill=_as_it_is, dedent=_as_it_is)
+    compiler._inside_class = lambda level_of_class_stackframe: False
+    transformer: Any = importlib.import_module("taichi.lang.ast.ast_transformer_utils")
+    transformer.ASTTransformerContext.get_pos_info = lambda self, node: ""
+
+
+def _as_it_is(text: str, **options: int) -> str:
+    return text
+
+
+def _lines_of(function: FunctionType) -> tuple[list[str], int]:
+    """Lines of a function at the top of a module, and the number of the first."""
+    lines, ends = _definitions(function.__code__.co_filename)
+    first = function.__code__.co_firstlineno
+    return lines[first - 1 : ends[first]], first
+
+
+@cache
+def _definitions(path: str) -> tuple[list[str], dict[int, int]]:
+    """Lines of a module, and the last line of each function by its first."""
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    ends = {}
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.FunctionDef):
+            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+            ends[first] = node.end_lineno or first
+    return text.splitlines(), ends
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

@@ -1,0 +1,212 @@
+"""A program agrees with its scene, or every sentence says in what it does not."""
+
+import textwrap
+
+import numpy as np
+import pytest
+
+from mpmworlds.builder.llm.agreement import (
+    disagreements,
+    edge_iou,
+    frame_disagreements,
+)
+from mpmworlds.sim.link import link
+from mpmworlds.sim.run import Outcome
+from mpmworlds.sim.scene import Scene
+from mpmworlds.splits.similarity import layout_image
+from tests.sim.scenes import BODY, JET, OBSTACLE, scene_data
+
+SCENE = Scene.from_data(scene_data(BODY, OBSTACLE, JET))
+LINKED = link(SCENE)
+RED, GREY = (0xF5, 0x2D, 0x2C), (0x96, 0x96, 0x96)
+
+
+def shows(frame, status="ok"):
+    """Return what runs a program to one frame, or to none."""
+    frames = np.zeros((0, 0, 0, 3), np.uint8) if frame is None else frame[None]
+
+    def execute(program, max_frames, timeout):
+        assert max_frames == 1
+        return Outcome(status, frames, 0.1, "" if status == "ok" else "line 1\nlast")
+
+    return execute
+
+
+def never(program, max_frames, timeout):
+    raise AssertionError("it must not run")
+
+
+@pytest.mark.slow
+def test_linked_program_agrees_with_its_scene():
+    assert disagreements(SCENE, LINKED) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("#969696", "#FFFFFF", "objects[1].visualization.color is '#FFFFFF' in the"),
+        ("youngs_modulus=200000.0", "youngs_modulus=1e5", "youngs_modulus is 100000.0"),
+        ("seed=3", "seed=4", "simulation.seed is 4 in the program, 3 in the scene"),
+        ("def frames", "def pictures", "the program defines no function frames()"),
+        ("import sys", "import os, sys", "the program imports os, beyond"),
+        ("import sys", "from .a import b", "the program imports .a, beyond"),
+        ("import sys", "import (", "the program is not Python"),
+        ("import sys", "\0", "the program is not Python"),
+    ],
+)
+def test_difference_in_the_text_is_told_without_running_it(old, new, sentence):
+    assert old in LINKED
+    found = disagreements(SCENE, LINKED.replace(old, new, 1), execute=never)
+    assert len(found) == 1
+    assert sentence in found[0]
+
+
+def test_program_of_a_scene_with_fewer_objects_is_told():
+    fewer = Scene.from_data(scene_data(BODY, JET))
+    assert disagreements(SCENE, link(fewer), execute=never) == [
+        "objects has 2 entries in the program, not 3"
+    ]
+
+
+def test_differences_are_told_up_to_a_number():
+    other = Scene.from_data(scene_data(BODY, OBSTACLE, JET, gravity=(1.0, -3.0)))
+    data = other.to_data()
+    data["simulation"] |= {"seed": 8, "duration_frames": 9, "particles_per_cell": 5}
+    data["output"]["framerate"] = 10
+    data["environment"]["walls"]["friction"] = 0.5
+    found = disagreements(SCENE, link(Scene.from_data(data)), execute=never)
+    assert len(found) == 5
+
+
+FREE = """\
+import numpy as np
+
+THINGS = [
+    {"object_type": "dynamic_body", "constitutive_model": "elastic"},
+    dict(object_type="static_collider"),
+    {"object_type": "emitter", "constitutive_model": "liquid"},
+]
+
+
+def frames():
+    yield np.zeros((64, 64, 3), np.uint8)
+"""
+
+
+def test_program_in_another_form_is_judged_by_its_counts_and_its_first_frame():
+    assert disagreements(SCENE, FREE, execute=shows(layout_image(SCENE, 64))) == []
+    for old, new, sentence in (
+        ('"liquid"', '"sand"', "says constitutive_model 1 x elastic, 1 x sand, the "),
+        (
+            "dict(object_type",
+            "dict(kind",
+            "object_type 1 x dynamic_body, 1 x emitter, ",
+        ),
+    ):
+        found = disagreements(SCENE, FREE.replace(old, new), execute=never)
+        assert len(found) == 1
+        assert sentence in found[0]
+
+
+def test_program_is_run_and_its_first_frame_is_looked_at():
+    assert disagreements(SCENE, FREE) == [
+        "the first frame shows nothing in #969696",
+        "the first frame shows nothing in #F52D2C",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("body", "sentence"),
+    [
+        ("yield 1 / 0", "the program ends in exception before its first frame: "),
+        ("while True: pass", "the program ends in timeout before its first frame: "),
+    ],
+)
+def test_program_that_gives_no_frame_disagrees(body, sentence):
+    program = textwrap.dedent(FREE).partition("    yield")[0] + f"    {body}\n    yield"
+    found = disagreements(SCENE, program, timeout=1.0)
+    assert len(found) == 1
+    assert found[0].startswith(sentence)
+
+
+def painted(change):
+    """The layout of the scene after a change in place."""
+    frame = layout_image(SCENE, 64)
+    change(frame, (frame == RED).all(axis=2), (frame == GREY).all(axis=2))
+    return list(frame_disagreements(SCENE, frame))
+
+
+def recolour(frame, red, grey):
+    frame[red] = (1, 2, 3)
+
+
+def remove(frame, red, grey):
+    frame[red] = 0
+
+
+def add(frame, red, grey):
+    frame[2:6, 2:6] = (9, 9, 9)
+
+
+def spray(frame, red, grey):
+    frame[8:10, 44:46] = (0x2C, 0x90, 0xF5)
+
+
+def move(frame, red, grey):
+    frame[red] = 0
+    frame[np.roll(red, 6, axis=1)] = RED
+
+
+def nudge(frame, red, grey):
+    frame[red] = 0
+    frame[np.roll(red, 1, axis=1)] = RED
+
+
+def grow(frame, red, grey):
+    for shift in (-3, -2, -1, 1, 2, 3):
+        frame[np.roll(red, shift, axis=1)] = RED
+
+
+def swap(frame, red, grey):
+    frame[red], frame[grey] = GREY, RED
+
+
+def mirror(frame, red, grey):
+    frame[:] = frame[::-1].copy()
+
+
+@pytest.mark.parametrize(
+    ("change", "sentences"),
+    [
+        (recolour, ["1 colours that no object has, such as #010203", "in #F52D2C"]),
+        (remove, ["shows nothing in #F52D2C"]),
+        (add, ["1 colours that no object has, such as #090909"]),
+        (spray, []),
+        (nudge, []),
+        (move, ["#F52D2C is elsewhere in the first frame"]),
+        (grow, ["#F52D2C covers", "#F52D2C is elsewhere"]),
+        (swap, ["#969696 is elsewhere", "#F52D2C is elsewhere"]),
+        (mirror, ["#969696 is elsewhere", "#F52D2C is elsewhere"]),
+    ],
+)
+def test_difference_of_the_first_frame_is_told(change, sentences):
+    found = painted(change)
+    for sentence in sentences:
+        assert any(sentence in line for line in found), found
+    assert bool(found) == bool(sentences)
+
+
+def test_frame_of_another_size_is_told():
+    frame = np.zeros((32, 48, 3), np.uint8)
+    assert list(frame_disagreements(SCENE, frame)) == [
+        "the first frame is 32 x 48 pixels, must be 64 x 64"
+    ]
+
+
+def test_iou_forgives_one_pixel_along_the_edge_and_no_more():
+    one = np.zeros((20, 20), bool)
+    one[5:15, 5:15] = True
+    assert edge_iou(one, one) == edge_iou(one, np.roll(one, 1, axis=0)) == 1.0
+    # Two columns are beyond reach, one of each mask, of twelve that either covers.
+    assert edge_iou(one, np.roll(one, 2, axis=1)) == pytest.approx(1 - 2 / 12)
+    assert edge_iou(one, np.roll(~one, 0) & False) == 0.0

@@ -1,0 +1,115 @@
+"""The recorded corpus is the one that the recorded parameters give."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pyarrow.compute as pc
+import pytest
+import yaml
+
+from mpmworlds.builder.families import plan_family
+from mpmworlds.builder.manifest import read_manifest, read_table
+from mpmworlds.builder.profile import Profile, sample_ids
+from mpmworlds.builder.screen import fault
+from mpmworlds.builder.templates import Screen, Templates
+from mpmworlds.builder.trials import RECORDED, read_recorded
+from mpmworlds.cli import main
+from mpmworlds.splits.assign import split_of
+from mpmworlds.splits.checksums import sha256_of_file
+from mpmworlds.splits.ids import SampleId
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "builder/recorded"
+FULL = FOLDER / "full.parquet"
+PROFILE = Profile.from_params(
+    yaml.safe_load((ROOT / "params.yaml").read_text()), "full"
+)
+PINNED = {
+    "full.parquet": (
+        "5e2e9ea599c61ecd4e46f47cb3adcfc5f593677cb05479810e4afe152084bece"
+    ),
+    "full.rejected.json": (
+        "5340f3eaec64e5b830e080a439c8b0031a184d7083cfd26a3dd27f5b5b963717"
+    ),
+    "trials.parquet": (
+        "24ee6c157da7d18bca45a0809038afeb68fd3c9d2fa8961c27f02ee252a25571"
+    ),
+}
+SPOTS = ("s07", "p0000", "p0500", "p0964")  # families that are planned anew
+
+
+def test_files_are_those_of_the_checksums():
+    assert {name: sha256_of_file(FOLDER / name) for name in PINNED} == PINNED
+    assert FULL.stat().st_size <= 25e6
+
+
+def test_corpus_has_the_size_of_the_paper():
+    table = read_table(FULL, ["id", "kind", "family_id"])
+    kinds = Counter(table["kind"].to_pylist())
+    assert kinds == {
+        "seed": 35,
+        "parent": 965,
+        "child": 8204,
+        "perturbation": 86601,
+    }
+    assert table["id"].to_pylist() == sample_ids(PROFILE)
+    assert len(pc.unique(table["family_id"])) == 1000
+
+
+def test_seeds_are_always_in_train():
+    table = read_table(FULL, ["family_id", "split"])
+    of_seeds = pc.starts_with(table["family_id"], "s")
+    assert set(table.filter(of_seeds)["split"].to_pylist()) <= {
+        "train",
+        "modification_validation",
+    }
+
+
+@pytest.mark.slow
+def test_families_planned_anew_are_the_recorded_ones():
+    templates = Templates(PROFILE, Screen(read_recorded(RECORDED)))
+    recorded = {row.id: row for row in read_manifest(FULL)}
+    for name in SPOTS:
+        root = SampleId.parse(name)
+        if root.is_of_seed_family:
+            draft = templates.seed(root)
+        else:
+            draft = templates.parent(root, ()).draft
+        family = plan_family(templates, draft)
+        assert family.rows == [recorded[row.id] for row in family.rows]
+        assert [row.id for row in family.rows] == list(map(str, PROFILE.family(root)))
+    assert not templates.screen.new, "a trial was run that is not recorded"
+
+
+def test_lists_are_recomputed(capsys):
+    lists = ["--dir", str(ROOT / "splits/recorded/full")]
+    assert main(["splits", "--config", "full", "--check", *lists]) == 0, (
+        capsys.readouterr().out
+    )
+
+
+def test_statistics_are_those_of_the_paper(capsys):
+    assert main(["stats", "--manifest", str(FULL), "--check"]) == 0, (
+        capsys.readouterr().out
+    )
+
+
+def test_no_recorded_finding_of_a_template_is_a_fault():
+    found = read_recorded(RECORDED)
+    assert sum(fault(f) is None for f in found.values()) >= 965
+    rejected = json.loads((FOLDER / "full.rejected.json").read_text())
+    reasons = Counter(filter(None, map(fault, found.values())))
+    for reason, count in reasons.items():
+        assert sum(kind.get(reason, 0) for kind in rejected.values()) == count
+
+
+def test_mini_is_a_part_of_10k_with_rows_of_every_split(capsys):
+    assert main(["materialise", "--config", "mini", "--list-ids"]) == 0
+    mini = set(capsys.readouterr().out.split())
+    assert main(["materialise", "--config", "10k", "--list-ids"]) == 0
+    larger = set(capsys.readouterr().out.split())
+    assert (len(mini), len(larger)) == (100, 10_000)
+    assert mini < larger
+    splits = Counter(split_of(name, PROFILE.split) for name in mini)
+    assert splits == {"train": 60, "test": 24, "modification_validation": 16}
