@@ -34,7 +34,6 @@ from mpmworlds.sim.scene import Scene
 from mpmworlds.sim.warm import WarmStart
 from mpmworlds.splits.draw import draw
 
-ROUNDS = 3
 FAMILIES = 12
 CORPUS = 95_805
 TEMPLATES = 9_204
@@ -83,10 +82,12 @@ def video_rate(manifest: Path, count: int, workers: int, ray: str | None) -> flo
         return count / (time.monotonic() - start)
 
 
-def table(what: str, total: int, ways: dict[str, Callable[[], float]]) -> None:
+def table(
+    what: str, total: int, ways: dict[str, Callable[[], float]], rounds: int
+) -> None:
     """Print medians of rounds in which the ways take turns."""
     rates: dict[str, list[float]] = {name: [] for name in ways}
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for name, way in ways.items():
             rates[name].append(way())
     print(f"| {what} | per second | {total:,} take |\n|---|---|---|")
@@ -102,13 +103,14 @@ def main() -> None:
     parser.add_argument("--manifest", type=Path)
     parser.add_argument("--count", type=int, default=4, help="videos per round")
     parser.add_argument("--ray", action="store_true")
+    parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
     if options.what == "plan":
         ways = {f"{n} processes": lambda n=n: plan_rate(n) for n in (1, 2)}
-        table("scenes planned", CORPUS, ways)
+        table("scenes planned", CORPUS, ways, options.rounds)
     elif options.what == "screen":
         ways = {f"{n} processes": lambda n=n: trial_rate(n) for n in (1, 2)}
-        table("trials", TEMPLATES, ways)
+        table("trials", TEMPLATES, ways, options.rounds)
     else:
         places: dict[str, tuple[int, str | None]] = {
             f"{n} processes": (n, None) for n in (1, 2)
@@ -121,7 +123,7 @@ def main() -> None:
             )
             for name, place in places.items()
         }
-        table("videos", CORPUS, ways)
+        table("videos", CORPUS, ways, options.rounds)
 
 
 if __name__ == "__main__":

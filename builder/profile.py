@@ -115,11 +115,11 @@ class Profile:
         try:
             fields: dict[str, Any] = dict(profiles[name])
             fields.pop("lists", None)  # of subsets, see mpmworlds.splits.lists
-            fields |= {key: _count(fields[key]) for key in COUNTS}
+            fields |= {key: _count(key, fields[key]) for key in COUNTS}
             return cls(
                 split=SplitParams(**fields.pop("split")),
                 seeds=tuple(fields.pop("seeds")),
-                parents=tuple(Batch(**batch) for batch in fields.pop("parents")),
+                parents=_batches(fields.pop("parents")),
                 root_seed=params["root_seed"],
                 **fields,
             )
@@ -170,8 +170,20 @@ def sample_ids(profile: Profile) -> list[str]:
     return sorted(str(sample) for family in families for sample in family)
 
 
-def _count(data: Any) -> Count:
-    return Count(data) if isinstance(data, int) else Count(**data)
+def _batches(data: Any) -> tuple[Batch, ...]:
+    if not isinstance(data, list) or not all(isinstance(b, dict) for b in data):
+        raise PlanError(
+            f"parents = {data!r}, must be a list of mappings such as "
+            "{count: 100, seeds: 35}"
+        )
+    return tuple(Batch(**batch) for batch in data)
+
+
+def _count(name: str, data: Any) -> Count:
+    if isinstance(data, dict):
+        return Count(**data)
+    _whole(name, data, 0)
+    return Count(data)
 
 
 def _whole(name: str, value: Any, least: int) -> None:

@@ -39,7 +39,7 @@ def test_plan_writes_the_manifest_and_says_how_many(command, small, tmp_path):
     path = tmp_path / "manifest.parquet"
     status, out, err = command("plan", "--params", small.params, "--out", path)
     assert (status, out) == (0, f"{path}: 2 scenes\n")
-    assert "plan: 100%" in err
+    assert "families: 100%" in err
     assert path.read_bytes() == small.manifest.read_bytes()
     assert [(row.id, row.split) for row in read_manifest(path)] == [
         ("p0000", "test"),
@@ -65,7 +65,7 @@ def test_unknown_profile_lists_the_profiles(verb, command, params, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"parents": "x"}, "parents = 'x', must be a whole number >= 0"),
+        ({"parents": "x"}, "parents = 'x', must be a list of mappings such as"),
         ({"children": -1}, "children = -1, must be a whole number >= 0"),
         ({"duration_frames": 0}, "duration_frames = 0, must be a whole number >= 1"),
         ({"seeds": ["s99"]}, "there is no seed 's99'; there are s00, s01"),
@@ -92,7 +92,7 @@ def test_impossible_profile_is_wrong_input(change, message, command, params, tmp
         ("- tiny", "must be a mapping with the key 'profiles'"),
         ("profiles:", "profile 'tiny' is not in params.yaml; it has []"),
         ("profiles: {tiny: }", "profile 'tiny': 'NoneType' object is not iterable"),
-        ("profiles: {tiny: {seeds: []}}", "'split' is missing; add it"),
+        ("profiles: {tiny: {seeds: []}}", "'children' is missing; add it"),
     ],
 )
 def test_file_that_is_no_params_is_wrong_input(text, message, command, tmp_path):
