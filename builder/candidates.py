@@ -9,9 +9,8 @@ from typing import Final
 from mpmworlds.builder.compose import compose, draw_counts
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.modify import modify
-from mpmworlds.builder.parts import Data
+from mpmworlds.builder.parts import Data, NoRoomError
 from mpmworlds.builder.perturb import perturb
-from mpmworlds.builder.place import NoRoomError
 from mpmworlds.builder.profile import PlanError, Profile
 from mpmworlds.builder.streams import stream
 from mpmworlds.sim.scale import rescale

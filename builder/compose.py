@@ -12,8 +12,8 @@ import numpy as np
 
 from mpmworlds.builder.modify import turn_gravity
 from mpmworlds.builder.parts import (
-    NOT_EMITTED,
     Data,
+    NoRoomError,
     free_color,
     give_material,
     is_matter,
@@ -25,7 +25,7 @@ from mpmworlds.builder.parts import (
     set_in_motion,
     weighted,
 )
-from mpmworlds.builder.place import NoRoomError, place
+from mpmworlds.builder.place import place
 
 OBJECTS: Final = {"1": 0.07, "2": 0.35, "3": 0.36, "4": 0.17, "5": 0.05}
 KINDS_OF_MATTER: Final = {"1": 0.775, "2": 0.163, "3": 0.052, "4": 0.01}
@@ -168,8 +168,6 @@ def _give_materials(rng: np.random.Generator, things: list[Data], kinds: int) ->
     order = rng.permutation(len(matter)).tolist()
     for n, i in enumerate(order):
         name = chosen[n] if n < kinds else str(rng.choice(chosen))
-        if matter[i]["object_type"] == "emitter" and name in NOT_EMITTED:
-            raise NoRoomError(f"a nozzle cannot release {name}")
         if material_of(matter[i]) != name:
             give_material(rng, matter[i], name)
 

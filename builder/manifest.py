@@ -106,7 +106,6 @@ def write_manifest(path: Path, rows: Sequence[ManifestRow]) -> None:
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=SCHEMA)
     buffer = io.BytesIO()
     pq.write_table(table, buffer, compression="zstd", compression_level=9)
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, buffer.getvalue())
 
 

@@ -15,6 +15,7 @@ from mpmworlds.builder.parts import (
     MATERIALS,
     NOT_EMITTED,
     Data,
+    NoRoomError,
     free_color,
     give_material,
     is_matter,
@@ -26,7 +27,7 @@ from mpmworlds.builder.parts import (
     set_in_motion,
     weighted,
 )
-from mpmworlds.builder.place import NoRoomError, place
+from mpmworlds.builder.place import place
 
 ALL_AT_ONCE: Final = 0.75  # share of the swaps that change all objects of a material
 SAME_MATERIAL: Final = 0.8  # share of added matter that takes a material of the scene
@@ -42,10 +43,7 @@ def add_object(rng: np.random.Generator, scene: Data, pool: Sequence[Data]) -> D
         mirror(thing)
     present = sorted({material_of(o) for o in scene["objects"] if is_matter(o)})
     if is_matter(thing) and rng.uniform() < SAME_MATERIAL:
-        name = str(rng.choice(present))
-        if thing["object_type"] == "emitter" and name in NOT_EMITTED:
-            raise NoRoomError(f"a nozzle cannot release {name}")
-        give_material(rng, thing, name)
+        give_material(rng, thing, str(rng.choice(present)))
     thing["visualization"] = {"color": free_color(rng, scene["objects"])}
     place(rng, scene, thing | {"name": f"object_{number}"})
     return {"object": f"object_{number}", "object_type": thing["object_type"]}

@@ -73,6 +73,10 @@ MATERIALS: Final[dict[str, Data]] = {
 }
 
 
+class NoRoomError(ValueError):
+    """An object has no room in a scene, or a draw does not fit its purpose."""
+
+
 def rounded(value: float, digits: int = 4) -> float:
     """A number short enough to read: large ones keep four significant digits."""
     return float(f"{value:.4g}") if abs(value) >= 1.0 else round(float(value), digits)
@@ -95,7 +99,15 @@ def material_of(thing: Data) -> str:
 
 
 def give_material(rng: np.random.Generator, thing: Data, name: str) -> None:
-    """Make an object consist of a material, with moduli and densities jittered."""
+    """Make an object consist of a material, with moduli and densities jittered.
+
+    Raises
+    ------
+    NoRoomError
+        If it is a nozzle, and the material one of bodies only.
+    """
+    if thing["object_type"] == "emitter" and name in NOT_EMITTED:
+        raise NoRoomError(f"a nozzle cannot release {name}")
     properties: Data = {"constitutive_model": name} | MATERIALS[name]
     for key in ("density", "yield_stress", "viscosity", "consistency"):
         if key in properties:

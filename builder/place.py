@@ -2,16 +2,12 @@
 
 import numpy as np
 
-from mpmworlds.builder.parts import Data, is_matter, rounded
+from mpmworlds.builder.parts import Data, NoRoomError, is_matter, rounded
 from mpmworlds.sim.scene import Scene, SceneError
 
 TRIES = 24  # places tried for an object
 NEAR = 0.6  # share of the places that are above or below another object
 LOWEST, HIGHEST = 0.08, 0.92  # of centers [m]
-
-
-class NoRoomError(ValueError):
-    """An object has no room in a scene, or a draw does not fit its purpose."""
 
 
 def place(rng: np.random.Generator, scene: Data, thing: Data) -> None:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from mpmworlds.sim.checks import speed_of
 from mpmworlds.sim.link import link
+from mpmworlds.sim.outlines import paint
 from mpmworlds.sim.run import Outcome
 from mpmworlds.sim.scale import rescale
 from mpmworlds.sim.scene import Scene, SceneError
@@ -180,9 +181,7 @@ def _depth_map(outline: list[Floats]) -> npt.NDArray[np.float32]:
     import cv2
 
     mask = np.zeros((RASTER, RASTER), np.uint8)
-    for polygon in outline:
-        corners = np.rint(polygon.clip(-1.0, 2.0) * RASTER * 16 - 8)
-        cv2.fillPoly(mask, [corners.astype(np.int32)], 1, shift=4)
+    paint(mask, outline, [1], RASTER)
     depths = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     return np.asarray(depths / RASTER, np.float32)
 

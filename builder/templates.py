@@ -18,7 +18,7 @@ from mpmworlds.builder.candidates import (
     reason_of,
     scene_key,
 )
-from mpmworlds.builder.place import NoRoomError
+from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.profile import PlanError, Profile
 from mpmworlds.builder.screen import Findings, fault, try_out
 from mpmworlds.builder.seeds import load_seeds
@@ -38,9 +38,9 @@ class Screen:
     Attributes
     ----------
     known
-        Findings by key.
+        Findings by key, the new ones too.
     new
-        Those of the trials that were run here.
+        Those of trials that were run here since the last time.
     asked
         Keys of all that were asked for.
     """
@@ -54,15 +54,14 @@ class Screen:
         """Why a template is rejected; None if it is not."""
         key = scene_key(scene)
         self.asked.add(key)
-        found = self.known.get(key) or self.new.get(key)
+        found = self.known.get(key)
         if found is None:
             self._warm = self._warm or WarmStart()
-            found = self.new[key] = try_out(scene, self._warm)
+            found = self.known[key] = self.new[key] = try_out(scene, self._warm)
         return fault(found)
 
     def take(self) -> dict[str, Findings]:
         """All findings that were asked for since the last time."""
-        self.known |= self.new
         found = {key: self.known[key] for key in self.asked}
         self.new, self.asked = {}, set()
         return found
@@ -108,7 +107,6 @@ class Templates:
                     f"parents: seeds = {batch.seeds}, must be <= {len(self._names)}, "
                     "the number of seeds that there are"
                 )
-
         self._proposals = {
             batch.proposals: read_proposals(Path(batch.proposals), batch.count)
             for batch in profile.parents

@@ -73,5 +73,4 @@ def write_recorded(path: Path, found: dict[str, Findings]) -> None:
     table = pa.Table.from_pylist(rows, schema=pa.schema(columns))
     buffer = io.BytesIO()
     pq.write_table(table, buffer, compression="zstd")
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, buffer.getvalue())

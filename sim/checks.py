@@ -16,7 +16,7 @@ from mpmworlds.sim.fields import polygon_area
 from mpmworlds.sim.materials import MATERIALS, Material
 from mpmworlds.sim.motions import REST, Pose
 from mpmworlds.sim.objects import DynamicBody, Emitter
-from mpmworlds.sim.outlines import Outline, centroid
+from mpmworlds.sim.outlines import Outline, centroid, paint
 from mpmworlds.sim.palette import hue_difference, saturation
 
 if TYPE_CHECKING:
@@ -263,9 +263,7 @@ def overlap(one: Outline, other: Outline) -> bool:
     both = np.full((height, width), 1, np.uint8)
     for outline in (one, other):
         image = np.zeros_like(both)
-        for polygon in outline:
-            corners = np.rint((polygon.clip(-1.0, 2.0) * RASTER - start) * 16 - 8)
-            cv2.fillPoly(image, [corners.astype(np.int32)], 1, shift=4)
+        paint(image, outline, [1], RASTER, start)
         both &= image
     return bool(cv2.erode(both, np.ones((3, 3), np.uint8)).any())
 

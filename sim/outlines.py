@@ -1,6 +1,7 @@
 """Outlines: lists of polygons, each (n, 2) [m], that together cover a shape."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +41,24 @@ def centroid(outline: Outline) -> Corners:
         total += area
         moment += area * (twice @ (p + q)) / (3.0 * twice.sum())
     return np.asarray(moment / total)
+
+
+def paint(
+    image: npt.NDArray[np.uint8],
+    outline: Outline,
+    color: Sequence[int],
+    scale: int,
+    start: Sequence[int] = (0, 0),
+) -> None:
+    """Fill polygons in an image whose pixel (0, 0) is pixel `start` of the domain.
+
+    `scale` is the number of pixels a metre; rows are in the direction of y.
+    """
+    import cv2  # here, because reading a schema should not load it
+
+    for polygon in outline:
+        corners = np.rint((polygon.clip(-1.0, 2.0) * scale - start) * 16 - 8)
+        cv2.fillPoly(image, [corners.astype(np.int32)], color, shift=4)
 
 
 def crosses_itself(p: Corners) -> bool:

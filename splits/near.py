@@ -11,7 +11,6 @@ from itertools import combinations
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.sim.scene import Scene
@@ -19,11 +18,13 @@ from mpmworlds.splits.finding import Finding, Record
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.scenes import recorded_scene
 from mpmworlds.splits.similarity import (
+    Mask,
     Numbers,
     config_distance,
-    layout_image,
+    covered,
     signature,
     structure,
+    view_distance,
 )
 
 NEAR: Final = 0.05  # config distance below which a person calls two scenes alike
@@ -45,9 +46,9 @@ class Template:
         return signature(self.scene)
 
     @cached_property
-    def covered(self) -> npt.NDArray[np.bool_]:
-        """What `first_frame_distance` compares: the pixels that objects cover."""
-        return np.asarray(layout_image(self.scene, PIXELS).any(axis=2))
+    def covered(self) -> Mask:
+        """What `view_distance` compares."""
+        return covered(self.scene, PIXELS)
 
 
 def near_findings(
@@ -116,18 +117,11 @@ def _close_pairs(
             least = np.abs(ranked - np.sort(one.numbers)).mean(axis=1)
             for i in np.flatnonzero(least <= near + ROUNDING):
                 other, distance = by_split[b][i], float(most[i])
-                view = _view_distance(one, other)
+                view = view_distance(one.covered, other.covered)
                 if view <= SAME_VIEW and distance > near:
                     distance = config_distance(one.scene, other.scene)
                 if view <= SAME_VIEW and distance <= near:
                     yield one, other, distance, view
-
-
-def _view_distance(one: Template, other: Template) -> float:
-    """The `first_frame_distance` of two templates, from pictures that are kept."""
-    union = np.count_nonzero(one.covered | other.covered)
-    both = np.count_nonzero(one.covered & other.covered)
-    return 1.0 - both / union if union else 0.0
 
 
 def _finding(one: Template, other: Template, distance: float, view: float) -> Finding:

@@ -13,10 +13,12 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from mpmworlds.sim.outlines import paint
 from mpmworlds.sim.scene import Scene
 
 Numbers = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
+Mask = npt.NDArray[np.bool_]
 LAWS: Final = ("sticky", "slip", "separate")
 MOST_ALIKE: Final = 4  # objects of one kind that are matched in all orders
 
@@ -104,18 +106,14 @@ def layout_image(scene: Scene, pixels: int = 128) -> Image:
     ndarray of uint8, shape (pixels, pixels, 3)
         RGB, top row first. Emitters, which hold nothing yet, are not drawn.
     """
-    import cv2  # here, because comparing numbers should not load it
-
     image = np.zeros((pixels, pixels, 3), np.uint8)
     for thing in scene.objects:
         if thing.object_type == "emitter":
             continue
         text = thing.visualization.color
         color = [int(text[i : i + 2], 16) for i in (1, 3, 5)]
-        for polygon in thing.shape.outline():
-            corners = np.stack([polygon[:, 0], 1.0 - polygon[:, 1]], axis=1)
-            points = np.rint(corners * pixels * 16 - 8).astype(np.int32)
-            cv2.fillPoly(image, [points], color, shift=4)
+        upside_down = [polygon * [1, -1] + [0, 1] for polygon in thing.shape.outline()]
+        paint(image, upside_down, color, pixels)
     return image
 
 
@@ -134,7 +132,16 @@ def first_frame_distance(one: Scene, other: Scene, pixels: int = 64) -> float:
     float
         In [0, 1]; 0 if the same pixels are covered, in whichever colours.
     """
-    a, b = (layout_image(scene, pixels).any(axis=2) for scene in (one, other))
+    return view_distance(covered(one, pixels), covered(other, pixels))
+
+
+def covered(scene: Scene, pixels: int) -> Mask:
+    """Pixels (pixels, pixels) that objects of a scene cover at the start."""
+    return np.asarray(layout_image(scene, pixels).any(axis=2))
+
+
+def view_distance(a: Mask, b: Mask) -> float:
+    """One less the intersection over union of covered pixels; 0 if there are none."""
     union = np.count_nonzero(a | b)
     return 1.0 - np.count_nonzero(a & b) / union if union else 0.0
 

@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import reject, settings
 from hypothesis import strategies as st
 
-from mpmworlds.builder.place import NoRoomError
+from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.scene import Scene
 from tests.sim.scenes import (

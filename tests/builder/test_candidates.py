@@ -14,28 +14,16 @@ from mpmworlds.builder.candidates import (
 )
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.modify import EDITS
-from mpmworlds.builder.place import NoRoomError
-from mpmworlds.builder.profile import Batch, Count, PlanError, Profile
+from mpmworlds.builder.parts import NoRoomError
+from mpmworlds.builder.profile import PlanError
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.emit import materials_of
 from mpmworlds.sim.scene import Scene, SceneError
-from mpmworlds.splits.assign import SplitParams
 from mpmworlds.splits.ids import SampleId
+from tests.builder.plans import SMALL
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data, seeds_data
 
-PROFILE = Profile(
-    root_seed=13,
-    seeds=("s02",),
-    parents=(Batch(2, 35),),
-    children=Count(1),
-    root_perturbations=Count(1),
-    child_perturbations=Count(1),
-    screen="none",
-    grid_resolution=64,
-    resolution=64,
-    duration_frames=5,
-    split=SplitParams("test", 0.4, 0.5),
-)
+PROFILE = dataclasses.replace(SMALL, root_seed=13)
 PARENT, CHILD = SampleId.parse("p0001"), SampleId.parse("p0001-c3")
 
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from mpmworlds.builder.compose import KINDS_OF_MATTER, OBJECTS, compose, draw_counts
-from mpmworlds.builder.parts import HUE_STEP, VIVID
-from mpmworlds.builder.place import NoRoomError
+from mpmworlds.builder.parts import HUE_STEP, VIVID, NoRoomError
 from mpmworlds.sim.emit import materials_of
 from mpmworlds.sim.palette import PALETTE, hue_difference
 from mpmworlds.sim.scene import Scene, SceneError

@@ -8,8 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mpmworlds.builder.modify import EDITS, SHARES, modify
-from mpmworlds.builder.parts import HUE_STEP, NOT_EMITTED, is_matter, renamed
-from mpmworlds.builder.place import NoRoomError
+from mpmworlds.builder.parts import (
+    HUE_STEP,
+    NOT_EMITTED,
+    NoRoomError,
+    is_matter,
+    renamed,
+)
 from mpmworlds.sim.fields import polygon_area
 from mpmworlds.sim.palette import PALETTE, hue_difference, saturation
 from mpmworlds.sim.scene import Scene, SceneError

@@ -5,7 +5,8 @@ import copy
 import numpy as np
 import pytest
 
-from mpmworlds.builder.place import HIGHEST, LOWEST, NoRoomError, place
+from mpmworlds.builder.parts import NoRoomError
+from mpmworlds.builder.place import HIGHEST, LOWEST, place
 from mpmworlds.sim.scene import Scene
 from tests.sim.scenes import BODY, EGG, OBSTACLE, scene_data
 

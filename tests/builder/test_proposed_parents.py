@@ -7,23 +7,13 @@ import pytest
 
 from mpmworlds.builder.candidates import NoCandidateError
 from mpmworlds.builder.plan import write_plan
-from mpmworlds.builder.profile import Batch, Count, PlanError, Profile
+from mpmworlds.builder.profile import Batch, Count, PlanError
 from mpmworlds.sim.scene import Scene
-from mpmworlds.splits.assign import SplitParams
+from tests.builder.plans import SMALL
 from tests.sim.scenes import BODY, FAN, scene_data
 
-PROFILE = Profile(
-    root_seed=5,
-    seeds=(),
-    parents=(Batch(1, 35),),
-    children=Count(1),
-    root_perturbations=Count(1),
-    child_perturbations=Count(0),
-    screen="none",
-    grid_resolution=64,
-    resolution=64,
-    duration_frames=5,
-    split=SplitParams("test", 0.4, 0.5),
+PROFILE = dataclasses.replace(
+    SMALL, seeds=(), parents=(Batch(1, 35),), child_perturbations=Count(0)
 )
 
 

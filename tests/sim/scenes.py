@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from mpmworlds.builder.compose import compose, draw_counts
 from mpmworlds.builder.modify import modify
+from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.perturb import perturb
-from mpmworlds.builder.place import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.streams import stream
 from mpmworlds.sim.scene import Scene, SceneError

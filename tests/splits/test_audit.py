@@ -9,12 +9,13 @@ from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.sim.scene import Scene
 from mpmworlds.splits.audit import audit
 from mpmworlds.splits.duplicates import rough_text
-from mpmworlds.splits.near import NEAR, SAME_VIEW, Template, _view_distance
+from mpmworlds.splits.near import NEAR, SAME_VIEW, Template
 from mpmworlds.splits.similarity import (
     config_distance,
     first_frame_distance,
     layout_image,
     signature,
+    view_distance,
 )
 from tests.made_up import SPLIT, changed, records
 
@@ -200,7 +201,9 @@ def test_kept_pictures_give_the_first_frame_distance():
     other = Scene.from_data(moved(other.to_data(), 0.004))
     mine, theirs = (Template(None, "train", scene) for scene in (one, other))
     assert mine.covered.any() and layout_image(one).any()
-    assert _view_distance(mine, theirs) == first_frame_distance(one, other)
+    assert view_distance(mine.covered, theirs.covered) == first_frame_distance(
+        one, other
+    )
 
 
 def test_modification_may_be_near_its_own_family():
