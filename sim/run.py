@@ -193,11 +193,11 @@ def collect(
 ) -> tuple[Status, str] | None:
     """Read messages until the pipe closes; a verdict if the child sent one."""
     frames = received.frames
-    while header := _read(pipe, HEADER.size, deadline):
+    while header := read_pipe(pipe, HEADER.size, deadline):
         if len(header) < HEADER.size:
             return None
         kind, height, width, length = HEADER.unpack(header)
-        payload = _read(pipe, length, deadline)
+        payload = read_pipe(pipe, length, deadline)
         if len(payload) < length:
             return None
         if kind == REPORT:
@@ -222,7 +222,7 @@ def collect(
     return None
 
 
-def _read(pipe: int, length: int, deadline: float) -> bytearray:
+def read_pipe(pipe: int, length: int, deadline: float) -> bytearray:
     """Up to `length` bytes, fewer only at the end; `TimeoutError` past the deadline."""
     data = bytearray()
     while len(data) < length:

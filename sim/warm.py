@@ -6,6 +6,7 @@ runs as in `run`, from its released text, but may be told to draw no pictures.
 
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -17,7 +18,18 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from types import TracebackType
 
-from mpmworlds.sim.run import MEMORY, Outcome, Received, Status, collect, environment
+from mpmworlds.sim.run import (
+    MEMORY,
+    Outcome,
+    Received,
+    Status,
+    collect,
+    environment,
+    read_pipe,
+)
+
+SHARING = 64  # programs that share kernels; more would be slower to look up
+GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
 
 
 class WarmStart:
@@ -32,6 +44,8 @@ class WarmStart:
     def __init__(self, memory: int = MEMORY) -> None:
         self._memory = memory
         self._scratch = tempfile.TemporaryDirectory(prefix="mpmworlds-")
+        self._kernels = Path(self._scratch.name) / "kernels"
+        self._sharing = 0
         self._socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with as_file(files("mpmworlds.sim").joinpath("zygote.py")) as script, other:
             self._process = subprocess.Popen(
@@ -82,17 +96,24 @@ class WarmStart:
                 "memory": self._memory,
                 "states": True,
                 "pictures": pictures,
+                "kernels": str(self._kernels),
             }
             pid = self._fork(json.dumps(arguments).encode(), writer)
             verdict: tuple[Status, str] | None
+            left_well = False
             try:
                 verdict = collect(reader, received, start + timeout)
+                left_well = verdict is not None and _says_goodbye(reader)
             except TimeoutError:
                 verdict = "timeout", f"no end within {timeout:g} s"
             finally:
                 with suppress(ProcessLookupError):
                     os.killpg(pid, signal.SIGKILL)
                 os.close(reader)
+        self._sharing += 1
+        if not left_well or self._sharing >= SHARING:
+            shutil.rmtree(self._kernels, ignore_errors=True)
+            self._sharing = 0
         status, message = verdict or ("crash", "it ended without a report")
         seconds = time.monotonic() - start
         return received.outcome(status, message, seconds)
@@ -131,3 +152,11 @@ class WarmStart:
     ) -> None:
         """Close."""
         self.close()
+
+
+def _says_goodbye(pipe: int) -> bool:
+    """Whether a program that has reported has also written its kernels."""
+    try:
+        return bool(read_pipe(pipe, 1, time.monotonic() + GOODBYE))
+    except TimeoutError:
+        return False

@@ -107,6 +107,37 @@ def test_without_pictures_the_states_are_the_same_and_nothing_that_moves_is_draw
     assert_same_states(outcome.states, alone.states)
 
 
+def test_kernels_of_one_program_are_shared_with_the_next_and_change_nothing(
+    program, alone, scratch, monkeypatch
+):
+    monkeypatch.setattr("tempfile.tempdir", str(scratch))
+    with WarmStart() as warm:
+        kept = [
+            (
+                warm.run(program, FRAMES, 120.0, pictures=False),
+                {p.name for p in warm._kernels.glob("**/*.tic")},
+            )
+            for _ in range(2)
+        ]
+    (first, compiled), (second, afterwards) = kept
+    assert compiled and afterwards == compiled
+    for outcome in (first, second):
+        assert_same_states(outcome.states, alone.states)
+
+
+def test_kernels_are_forgotten_after_some_programs_and_after_one_that_died(
+    program, scratch, monkeypatch
+):
+    monkeypatch.setattr("tempfile.tempdir", str(scratch))
+    monkeypatch.setattr("mpmworlds.sim.warm.SHARING", 3)
+    with WarmStart() as warm:
+        kept = []
+        for text in (program, "import os\nos._exit(1)\n", program, program, program):
+            warm.run(text, 1, 120.0, pictures=False)
+            kept.append(warm._kernels.exists())
+    assert kept == [True, False, True, True, False]
+
+
 @pytest.mark.parametrize(("text", "status", "message"), FAILURES.values(), ids=FAILURES)
 def test_a_failure_is_an_outcome_and_the_next_program_still_runs(
     warm, text, status, message
