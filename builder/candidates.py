@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 from mpmworlds.builder.compose import compose, draw_counts
@@ -11,7 +10,8 @@ from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.modify import modify
 from mpmworlds.builder.parts import Data, NoRoomError
 from mpmworlds.builder.perturb import perturb
-from mpmworlds.builder.profile import PlanError, Profile
+from mpmworlds.builder.profile import Profile
+from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.streams import stream
 from mpmworlds.sim.scale import rescale
 from mpmworlds.sim.scene import Scene, SceneError
@@ -81,36 +81,16 @@ def parent(
     return Draft(sample, "parent", "", names, edit, full, kept(profile, full))
 
 
-def proposed(profile: Profile, sample: SampleId, proposal: Data) -> Draft:
-    """A parent that a language model proposed; raises `SceneError`."""
-    full = Scene.from_yaml(proposal["scene"], str(sample))
-    edit = json.dumps(proposal["edit"], sort_keys=True)
-    names = tuple(proposal["seeds"])
-    return Draft(sample, "parent", "", names, edit, full, kept(profile, full))
-
-
-def read_proposals(path: Path, count: int) -> list[Data]:
-    """The first so many proposals of a file of `mpmworlds propose`.
-
-    Raises
-    ------
-    PlanError
-        If it is not there, is no such file, or has too few.
-    """
-    try:
-        lines = path.read_text("utf-8").splitlines()[:count]
-        found: list[Data] = [json.loads(line) for line in lines]
-    except (OSError, ValueError) as error:
-        raise PlanError(f"parents: proposals = {str(path)!r}: {error}") from None
-    if len(found) < count:
-        raise PlanError(
-            f"parents: proposals = {str(path)!r} has {len(found)}, must have at least "
-            f"count = {count}; lower it or propose more"
-        )
-    missing = [key for key in ("seeds", "edit", "scene") if key not in found[0]]
-    if missing:
-        raise PlanError(f"parents: proposals = {str(path)!r} have no {missing[0]!r}")
-    return found
+def proposed(
+    profile: Profile, sample: SampleId, proposal: Proposed, origin: Draft | None = None
+) -> Draft:
+    """A parent, or a child of one, that a model proposed; raises `SceneError`."""
+    full = Scene.from_yaml(proposal.scene, proposal.source)
+    scenes = full, kept(profile, full)
+    if origin is None:
+        return Draft(sample, "parent", "", proposal.seeds, proposal.edit, *scenes)
+    made_from = str(origin.id)
+    return Draft(sample, "child", made_from, origin.seeds, proposal.edit, *scenes)
 
 
 def child(

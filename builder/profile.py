@@ -1,13 +1,16 @@
 """What to plan: the numbers of a corpus, as `params.yaml` gives them."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
+from mpmworlds.builder.proposed import Proposed, read_proposals
 from mpmworlds.splits.assign import SplitParams
 from mpmworlds.splits.ids import SampleId
 
 SCREENS: Final = ("none", "parents", "templates")
 COUNTS: Final = ("children", "root_perturbations", "child_perturbations")
+FIRST_PROPOSED: Final = 500  # number of the first proposed child of a root
 
 
 class PlanError(ValueError):
@@ -26,16 +29,16 @@ class Batch:
         They are composed of the first so many seeds; a seed that is added later is
         for later batches, so that no parent changes.
     proposals
-        File of ``mpmworlds propose``, whose scenes are taken in order.
+        What was proposed, taken in order.
     """
 
     count: int
     seeds: int = 0
-    proposals: str = ""
+    proposals: tuple[Proposed, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what cannot be composed."""
-        _whole("parents: count", self.count, 1 if self.proposals else 0)
+        _whole("parents: count", self.count, 0)
         _whole("parents: seeds", self.seeds, 0 if self.proposals else 2)
 
 
@@ -89,6 +92,9 @@ class Profile:
         Frames of a video.
     split
         Parameters of the splits.
+    proposed_children
+        Children that were proposed by a model. Those of a root are numbered in order,
+        on from `FIRST_PROPOSED`, so that more composed ones leave their ids alone.
     """
 
     root_seed: int
@@ -102,6 +108,7 @@ class Profile:
     resolution: int
     duration_frames: int
     split: SplitParams
+    proposed_children: tuple[Proposed, ...] = ()
 
     @classmethod
     def from_params(cls, params: dict[str, Any], name: str) -> "Profile":
@@ -116,6 +123,8 @@ class Profile:
             fields: dict[str, Any] = dict(profiles[name])
             fields.pop("lists", None)  # of subsets, see mpmworlds.splits.lists
             fields |= {key: _count(key, fields[key]) for key in COUNTS}
+            if path := fields.get("proposed_children"):
+                fields["proposed_children"] = read_proposals(Path(path))
             return cls(
                 split=SplitParams(**fields.pop("split")),
                 seeds=tuple(fields.pop("seeds")),
@@ -135,6 +144,14 @@ class Profile:
             raise PlanError(
                 f"screen = {self.screen!r}, must be one of {', '.join(SCREENS)}"
             )
+        roots = set(map(str, self.roots()))
+        for proposal in self.proposed_children:
+            if proposal.root not in roots:
+                raise PlanError(
+                    f"proposed_children: {proposal.source}: parent = "
+                    f"{proposal.parent!r}, must be the id of a seed or parent of this "
+                    "profile; name the scene file of a parent after its id"
+                )
 
     def roots(self) -> list[SampleId]:
         """Seeds, then parents."""
@@ -151,9 +168,17 @@ class Profile:
             number -= batch.count
         raise PlanError(f"{parent}: is in no batch of parents")
 
+    def proposed_of(self, root: SampleId) -> list[Proposed]:
+        """Proposed children of a root."""
+        return [p for p in self.proposed_children if p.root == str(root)]
+
     def family(self, root: SampleId) -> list[SampleId]:
         """A root, its children, and the perturbations of all of them."""
-        children = [SampleId(root.family, j) for j in range(self.children.of(root))]
+        numbers = [
+            *range(self.children.of(root)),
+            *range(FIRST_PROPOSED, FIRST_PROPOSED + len(self.proposed_of(root))),
+        ]
+        children = [SampleId(root.family, j) for j in numbers]
         counts = [(root, self.root_perturbations.of(root))]
         counts += [(child, self.child_perturbations.of(root)) for child in children]
         perturbed = [
@@ -176,7 +201,15 @@ def _batches(data: Any) -> tuple[Batch, ...]:
             f"parents = {data!r}, must be a list of mappings such as "
             "{count: 100, seeds: 35}"
         )
-    return tuple(Batch(**batch) for batch in data)
+    return tuple(map(_batch, data))
+
+
+def _batch(data: dict[str, Any]) -> Batch:
+    if path := data.get("proposals"):
+        count = data.get("count")
+        _whole("parents: count", count, 1)
+        data = data | {"proposals": read_proposals(Path(path), count)}
+    return Batch(**data)
 
 
 def _count(name: str, data: Any) -> Count:

@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 from tqdm import tqdm  # type: ignore[import-untyped]
@@ -59,6 +60,7 @@ def build_release(
     configs: Mapping[str, Collection[str] | None],
     *,
     version: str,
+    lists: Mapping[str, Sequence[str]] = MappingProxyType({}),
     rows_per_shard: int = 1000,
     workers: int = 1,
 ) -> list[PlannedShard]:
@@ -78,6 +80,9 @@ def build_release(
         the default of ``load_dataset``. ``recipes`` is added.
     version
         Version of the data, e.g. "1.0.0".
+    lists
+        Name -> ids of lists to publish beside those of the splits, such as the samples
+        to evaluate on.
     rows_per_shard
         Most rows in a file.
     workers
@@ -104,7 +109,7 @@ def build_release(
     with disk_errors_named(out_dir):
         written = _write_shards(plan, store, out_dir, workers)
         by_split = {s: [row.id for row in rows if row.split == s] for s in SPLITS}
-        write_lists(out_dir / "splits", by_split)
+        write_lists(out_dir / "splits", {**lists, **by_split})
         card = card_text(rows, _sizes(plan, written), version)
         write_atomically(out_dir / "README.md", card.encode())
         write_checksums(out_dir)

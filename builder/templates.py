@@ -6,7 +6,7 @@ can be worked out in any order and by any number of processes.
 
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
+from functools import partial
 from typing import Final
 
 from mpmworlds.builder import candidates
@@ -14,12 +14,12 @@ from mpmworlds.builder.candidates import (
     MOST_DRAWS,
     Draft,
     NoCandidateError,
-    read_proposals,
     reason_of,
     scene_key,
 )
-from mpmworlds.builder.parts import NoRoomError
-from mpmworlds.builder.profile import PlanError, Profile
+from mpmworlds.builder.parts import Data, NoRoomError
+from mpmworlds.builder.profile import FIRST_PROPOSED, PlanError, Profile
+from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.screen import Findings, fault, try_out
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.scene import Scene, SceneError
@@ -107,11 +107,6 @@ class Templates:
                     f"parents: seeds = {batch.seeds}, must be <= {len(self._names)}, "
                     "the number of seeds that there are"
                 )
-        self._proposals = {
-            batch.proposals: read_proposals(Path(batch.proposals), batch.count)
-            for batch in profile.parents
-            if batch.proposals
-        }
 
     def seed(self, sample: SampleId) -> Draft:
         """A seed as it is."""
@@ -122,16 +117,7 @@ class Templates:
         """First candidate for a parent that passes, but for some draws."""
         batch, number = self.profile.batch_of(sample)
         if batch.proposals:
-            proposal = self._proposals[batch.proposals][number]
-
-            def draw(k: int) -> Draft:
-                if k:
-                    raise NoCandidateError(
-                        f"{sample}: proposal {number} of {batch.proposals} is rejected "
-                        "as invalid, a near duplicate, or by its trial; leave it out"
-                    )
-                return candidates.proposed(self.profile, sample, proposal)
-
+            draw = self._only(sample, batch.proposals[number])
         else:
             names = list(self._names.values())[: batch.seeds]
             seeds = {name: self._data[name] for name in names}
@@ -142,18 +128,38 @@ class Templates:
         return self._first(sample, draw, [], not_draws)
 
     def children(self, root: Draft) -> Iterator[Choice]:
-        """Children of a root, in order."""
+        """Children of a root, in order: those that are drawn, then the proposed."""
         pool = [thing for name in root.seeds for thing in self._data[name]["objects"]]
-        siblings = [root.full]
+        draws: dict[SampleId, Callable[[int], Draft]] = {}
         for j in range(self.profile.children.of(root.id)):
             sample = SampleId(root.id.family, j)
-
-            def draw(k: int, sample: SampleId = sample) -> Draft:
-                return candidates.child(self.profile, root, sample, k, pool)
-
+            draws[sample] = partial(self._child, root, sample, pool)
+        for j, proposal in enumerate(self.profile.proposed_of(root.id), FIRST_PROPOSED):
+            sample = SampleId(root.id.family, j)
+            draws[sample] = self._only(sample, proposal, root)
+        siblings = [root.full]
+        for sample, draw in draws.items():
             choice = self._first(sample, draw, siblings, ())
             siblings.append(choice.draft.full)
             yield choice
+
+    def _child(self, root: Draft, sample: SampleId, pool: list[Data], k: int) -> Draft:
+        return candidates.child(self.profile, root, sample, k, pool)
+
+    def _only(
+        self, sample: SampleId, proposal: Proposed, origin: Draft | None = None
+    ) -> Callable[[int], Draft]:
+        """The draws of a sample of which there is one candidate."""
+
+        def draw(k: int) -> Draft:
+            if k:
+                raise NoCandidateError(
+                    f"{sample}: {proposal.source} is rejected as invalid, a near "
+                    "duplicate, or by its trial; leave it out"
+                )
+            return candidates.proposed(self.profile, sample, proposal, origin)
+
+        return draw
 
     def _first(
         self,

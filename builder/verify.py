@@ -136,6 +136,10 @@ def _list_findings(root: Path, reports: Sequence[ShardReport]) -> Iterator[str]:
         for sample_id in sorted(listed ^ rows):
             place = f"splits/{split}.txt" if sample_id in listed else "the rows"
             yield f"{root}: {sample_id} of {split} is only in {place}"
+    known = {i for split in SPLITS for i in _ids(reports, RECIPES, split)}
+    for name in sorted(lists.keys() - set(SPLITS)):
+        for sample_id in sorted(set(lists[name]) - known):
+            yield f"{root}: {sample_id} of splits/{name}.txt is not in the rows"
 
 
 def _resimulation_findings(candidate: Candidate) -> Iterator[str]:

@@ -10,6 +10,7 @@ from mpmworlds.builder import manifest, materialise
 from mpmworlds.builder.manifest import read_manifest, write_manifest
 from mpmworlds.builder.materialise import Failure, Materialised
 from mpmworlds.splits.checksums import files_below
+from mpmworlds.splits.manifest import read_lists
 from tests.small import IDS, PARAMS
 
 
@@ -188,6 +189,36 @@ def test_second_build_renders_nothing_and_gives_the_same_bytes(
     assert status == 0
     assert f"{small.store}: 0 rendered, 2 there before, 0 failed" in err
     assert bytes_below(out) == bytes_below(small.release)
+
+
+def test_a_build_of_a_subset_brings_all_lists_of_the_corpus(
+    command, small, params, tmp_path
+):
+    lists = {
+        "salt": "l",
+        "evaluation": {"test": 1},
+        "weights": {"seed": 1, "parent": 1, "child": 1, "perturbation": 1},
+        "subsets": {"few": {"train": 1}},
+    }
+    out = tmp_path / "mpmworlds"
+    status, printed, err = command(
+        *("build", "--params", params({"lists": lists}), "--config", "few"),
+        *("--manifest", small.manifest, "--store", small.store, "--out", out),
+    )
+    assert (status, printed) == (0, f"{out}: 3 shards\n"), err
+    assert read_lists(out / "splits") == {
+        "evaluation_modification": [],
+        "evaluation_test": ["p0000"],
+        "few_modification_validation": [],
+        "few_test": [],
+        "few_train": ["s04"],
+        "modification_validation": [],
+        "test": ["p0000"],
+        "train": ["s04"],
+    }
+    folders = sorted(path.parent.name for path in out.glob("data/*/*.arrow"))
+    assert folders == ["few", "recipes", "recipes"]
+    assert command("verify", out, "--resimulate", 0)[0] == 0
 
 
 def test_materialise_records_the_hashes_of_all_videos(command, small, tmp_path):

@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+from mpmworlds.builder.manifest import read_table, recorded_manifest
 from mpmworlds.sim.link import link
 from mpmworlds.sim.scene import Scene
 from tests.builder.llm_server import (
@@ -93,6 +94,19 @@ def test_children_are_edits_of_the_given_scene(propose, tmp_path):
     assert rejected["reason"] == "duplicate"
 
 
+def test_children_of_roots_of_the_corpus_name_them(propose, tmp_path):
+    echo = says(fenced(tiny_scene()), fenced(tiny_scene(1)))
+    with serving(echo) as server:
+        options = ["--parent", "p0003", "--parent", "s02"]
+        status, *_ = propose(server, *options, kind="children", count=2)
+        text = server.payloads[0]["messages"][1]["content"]
+    assert status == 0
+    assert {row["parent"] for row in lines(tmp_path / "p.jsonl")} <= {"p0003", "s02"}
+    table = read_table(recorded_manifest("full"), ["id", "scene"]).to_pydict()
+    texts = dict(zip(table["id"], table["scene"], strict=True))
+    assert texts["p0003"] in text or texts["s02"] in text
+
+
 def test_too_few_scenes_are_written_and_do_not_hold(propose, tmp_path):
     with serving(says(fenced(tiny_scene()))) as server:
         options = ["--n", 1, "--max-requests", 3]
@@ -158,6 +172,8 @@ def test_failure_midway_keeps_the_scenes_before_it(propose, tmp_path):
         (["--price-in", "1"], "--price-in and --price-out: give both or none"),
         (["--parent", "x.yaml"], "--parent: only with --kind children"),
         (["--kind", "children", "--parent", "absent"], "absent"),
+        (["--kind", "children", "--parent", "p9999"], "--parent p9999: is not in"),
+        (["--kind", "children", "--manifest", "m"], "--manifest: only with --parent"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

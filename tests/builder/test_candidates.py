@@ -8,14 +8,12 @@ import pytest
 from mpmworlds.builder import candidates
 from mpmworlds.builder.candidates import (
     NoCandidateError,
-    read_proposals,
     reason_of,
     scene_key,
 )
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.modify import EDITS
 from mpmworlds.builder.parts import NoRoomError
-from mpmworlds.builder.profile import PlanError
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.emit import materials_of
 from mpmworlds.sim.scene import Scene, SceneError
@@ -182,50 +180,3 @@ def test_a_fault_of_a_scene_has_a_word(word):
 
 def test_a_lack_of_room_has_a_word():
     assert reason_of(NoRoomError("no room for object_3 (overlaps)")) == "no_room"
-
-
-# ---- parents that a model proposed
-
-
-def proposal(origin):
-    return {"seeds": ["s02"], "edit": {"operator": "add_object"}} | {
-        "scene": origin.full.to_yaml()
-    }
-
-
-def test_a_proposed_parent_is_as_it_was_proposed(origin):
-    draft = candidates.proposed(PROFILE, PARENT, proposal(origin))
-    assert (draft.id, draft.kind, draft.made_from) == (PARENT, "parent", "")
-    assert (draft.seeds, json.loads(draft.edit)) == (
-        ("s02",),
-        {"operator": "add_object"},
-    )
-    assert (draft.full, draft.kept) == (origin.full, origin.kept)
-
-
-def test_proposals_are_taken_from_the_start_of_their_file(tmp_path):
-    path, lines = tmp_path / "made.jsonl", [{"seeds": i} for i in range(3)]
-    rest = {"edit": {}, "scene": ""}
-    path.write_text("".join(json.dumps(line | rest) + "\n" for line in lines))
-    assert [found["seeds"] for found in read_proposals(path, 2)] == [0, 1]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (None, "No such file"),
-        ("{", "Expecting"),
-        ("{}\n", "has 1, must have at least count = 2; lower it or propose more"),
-        ('{"seeds": [], "edit": {}}\n' * 2, "have no 'scene'"),
-    ],
-    ids=["absent", "no JSON", "too few", "without a scene"],
-)
-def test_a_file_that_holds_no_proposals_is_an_error_that_names_it(
-    tmp_path, text, message
-):
-    path = tmp_path / "made.jsonl"
-    if text is not None:
-        path.write_text(text)
-    with pytest.raises(PlanError, match=message) as error:
-        read_proposals(path, 2)
-    assert str(path) in str(error.value)

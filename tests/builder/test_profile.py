@@ -41,11 +41,6 @@ def test_a_profile_holds_what_its_parameters_say():
     assert (profile.root_seed, profile.duration_frames) == (1, 5)
 
 
-def test_a_batch_of_proposals_needs_no_seeds():
-    profile = profile_of(parents=[{"count": 2, "proposals": "made.jsonl"}])
-    assert profile.parents == (Batch(2, 0, "made.jsonl"),)
-
-
 def test_lists_of_subsets_are_no_part_of_a_plan():
     assert profile_of(lists={"mini": 3}) == profile_of()
 

@@ -167,21 +167,6 @@ def test_parents_of_a_batch_are_composed_of_its_seeds_only():
     )
 
 
-def test_proposals_are_taken_in_order(drafts, tmp_path):
-    path, scenes = tmp_path / "made.jsonl", [d.full for d in drafts.values()][:2]
-    path.write_text(
-        "".join(
-            json.dumps({"seeds": [], "edit": {}, "scene": scene.to_yaml()}) + "\n"
-            for scene in scenes
-        )
-    )
-    batches = (Batch(1, 35), Batch(2, proposals=str(path)))
-    proposed = chosen(Screen(Known(PASSES)), parents=batches)
-    choices = [proposed.parent(SampleId(f"p000{i}"), ()) for i in (1, 2)]
-    assert [choice.draft.full for choice in choices] == scenes
-    assert [choice.draw for choice in choices] == [0, 0]
-
-
 def test_a_screen_hands_over_what_was_asked_for_once(drafts):
     one, other = list(drafts.values())[:2]
     screen = Screen({one.key: STATIC, other.key: PASSES, "not asked for": PASSES})

@@ -19,6 +19,7 @@ from mpmworlds.sim.palette import PALETTE
 from mpmworlds.sim.run import run
 from mpmworlds.sim.scene import Scene
 from mpmworlds.splits.checksums import write_checksums
+from mpmworlds.splits.manifest import read_lists, write_lists
 
 SCENE = """
 schema: mpmworlds-scene/1
@@ -182,6 +183,15 @@ def test_a_list_that_differs_from_the_rows_is_found(copy):
     findings = verify_release(copy, resimulate=0)
     assert f"{copy}: p0001 of test is only in splits/test.txt" in findings
     assert f"{copy}: p0777 of test is only in the rows" in findings
+
+
+def test_a_list_of_samples_that_there_are_not_is_found(copy):
+    lists = read_lists(copy / "splits")
+    write_lists(copy / "splits", lists | {"evaluation_test": ["p0001", "p0009"]})
+    write_checksums(copy)
+    assert verify_release(copy, resimulate=0) == [
+        f"{copy}: p0009 of splits/evaluation_test.txt is not in the rows"
+    ]
 
 
 @pytest.fixture

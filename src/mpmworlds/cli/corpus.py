@@ -131,9 +131,11 @@ def build(options: argparse.Namespace) -> int:
     """Build a release folder."""
     from mpmworlds.builder.manifest import read_manifest, recorded_manifest
     from mpmworlds.builder.plan import write_plan
+    from mpmworlds.builder.profile import Profile
     from mpmworlds.builder.release import build_release
     from mpmworlds.builder.store import Store
     from mpmworlds.builder.trials import RECORDED
+    from mpmworlds.splits.lists import ListParams, compute_lists
 
     params, store = read_params(options), Store(options.store)
     version = setting(params, "version", str)
@@ -145,7 +147,13 @@ def build(options: argparse.Namespace) -> int:
     elif not manifest:
         manifest = options.store / f"{options.config}.parquet"
         write_plan(named_profile(options), manifest, trials=RECORDED)
-    rows = [row for row in read_manifest(manifest) if ids is None or row.id in ids]
+    rows = read_manifest(manifest)
+    lists = compute_lists(
+        [row.id for row in rows],
+        Profile.from_params(params, profile).split,
+        ListParams.from_params(params, profile),
+    )
+    rows = [row for row in rows if ids is None or row.id in ids]
     if render_rows(rows, store, options.workers).failures:
         say(f"{options.out}: not built, because scenes failed")
         return DOES_NOT_HOLD
@@ -155,6 +163,7 @@ def build(options: argparse.Namespace) -> int:
         options.out,
         {options.config: ids},
         version=version,
+        lists=lists,
         rows_per_shard=rows_per_shard,
         workers=options.workers or 1,
     )

@@ -35,9 +35,12 @@ def add_propose(verbs: Any) -> None:
     parser.add_argument("--out", type=Path, required=True, help="proposals (.jsonl)")
     parser.add_argument(
         "--parent",
-        type=Path,
         action="append",
-        help="scene to edit (.yaml), for children; may be given again (default: seeds)",
+        help="scene to edit, for children: a file (.yaml), or the id of a seed or "
+        "parent of the corpus; may be given again (default: seeds)",
+    )
+    parser.add_argument(
+        "--manifest", type=Path, help="corpus of such ids (default: the recorded one)"
     )
     parser.add_argument(
         "--programs",
@@ -130,6 +133,8 @@ def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
         raise ValueError("--price-in and --price-out: give both or none")
     if options.parent and options.kind == "parents":
         raise ValueError("--parent: only with --kind children; drop one of the two")
+    if options.manifest and not options.parent:
+        raise ValueError("--manifest: only with --parent ID; name a root, or drop it")
     how = Sampling(
         model_name(options.model),
         setting(read_params(options), "root_seed", int),
@@ -143,24 +148,48 @@ def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
         requests = parent_requests(seeds, how)
         parents = seeds
     else:
-        parents = _scenes(options.parent) if options.parent else seeds
+        given = options.parent
+        parents = _scenes(given, options.manifest) if given else seeds
         requests = child_requests(parents, how)
     most = options.max_requests or -(-CANDIDATES_PER_SCENE * options.count // how.n)
     return islice(requests, most), [*seeds.values(), *parents.values()]
 
 
-def _scenes(paths: list[Path]) -> dict[str, Any]:
-    """Scenes of files by the files' names, which must differ."""
+def _scenes(names: list[str], manifest: Path | None) -> dict[str, Any]:
+    """Scenes of files by the files' names, which must differ, and of roots by id."""
     from mpmworlds.sim.scene import Scene
 
-    scenes = {}
-    for path in paths:
+    roots = [name for name in names if _is_root(name)]
+    scenes = _scenes_of_roots(roots, manifest) if roots else {}
+    for path in (Path(name) for name in names if name not in roots):
         if path.stem in scenes:
             raise ValueError(
                 f"--parent {path}: another parent is named {path.stem!r}; rename it"
             )
         scenes[path.stem] = Scene.from_yaml(read_text(path), str(path))
     return scenes
+
+
+def _is_root(name: str) -> bool:
+    """Whether a name is the id of a seed or parent."""
+    from mpmworlds.splits.ids import SampleId, SampleIdError
+
+    try:
+        return SampleId.parse(name).family == name
+    except SampleIdError:
+        return False
+
+
+def _scenes_of_roots(names: list[str], manifest: Path | None) -> dict[str, Any]:
+    from mpmworlds.builder.manifest import read_table, recorded_manifest
+    from mpmworlds.sim.scene import Scene
+
+    path = manifest or recorded_manifest("full")
+    columns = read_table(path, ["id", "scene"]).to_pydict()
+    texts = dict(zip(columns["id"], columns["scene"], strict=True))
+    if missing := [name for name in names if name not in texts]:
+        raise LookupError(f"--parent {missing[0]}: is not in {path}")
+    return {name: Scene.from_yaml(texts[name], name) for name in names}
 
 
 def _client(options: argparse.Namespace) -> Any:
