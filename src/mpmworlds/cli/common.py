@@ -38,9 +38,24 @@ def add_corpus_options(parser: Any, *, store: bool) -> None:
             default=STORE,
             help=f"folder of rendered samples (default {STORE})",
         )
-        parser.add_argument(
-            "--workers", type=int, default=0, help="processes (default: one per core)"
-        )
+        add_workers(parser)
+
+
+def add_workers(parser: Any) -> None:
+    """Add the option that says how many processes work."""
+    parser.add_argument(
+        "--workers", type=int, default=0, help="processes (default: one per core)"
+    )
+
+
+def add_ray(parser: Any) -> None:
+    """Add the option that says which cluster works."""
+    parser.add_argument(
+        "--ray",
+        metavar="ADDRESS",
+        help="work on a Ray cluster: 'local' starts one, 'auto' or HOST:PORT joins "
+        "one, which then has --workers tasks at a time (default: a few per core)",
+    )
 
 
 def say(message: str) -> None:

@@ -8,6 +8,8 @@ from mpmworlds.cli.common import (
     DOES_NOT_HOLD,
     DONE,
     add_corpus_options,
+    add_ray,
+    add_workers,
     named_lists,
     named_profile,
     named_subset,
@@ -29,14 +31,8 @@ def add_plan(verbs: Any) -> None:
     )
     add_corpus_options(parser, store=False)
     parser.add_argument("--out", type=Path, required=True, help="manifest to write")
-    parser.add_argument(
-        "--workers", type=int, default=0, help="processes (default: one per core)"
-    )
-    parser.add_argument(
-        "--ray",
-        metavar="ADDRESS",
-        help="plan on a Ray cluster: 'local' starts one, 'auto' or HOST:PORT joins one",
-    )
+    add_workers(parser)
+    add_ray(parser)
     parser.add_argument(
         "--trials",
         type=Path,

@@ -10,6 +10,7 @@ from mpmworlds.cli.common import (
     DOES_NOT_HOLD,
     DONE,
     add_corpus_options,
+    add_ray,
     named_subset,
     new_verb,
     read_text,
@@ -59,12 +60,7 @@ def add_materialise(verbs: Any) -> None:
     parser.add_argument(
         "--manifest", type=Path, help="all rows (default: the recorded ones of CONFIG)"
     )
-    parser.add_argument(
-        "--ray",
-        metavar="ADDRESS",
-        help="render on a Ray cluster: 'local' starts one, 'auto' or HOST:PORT joins "
-        "one, which then has --workers tasks at a time (default: a few per core)",
-    )
+    add_ray(parser)
     parser.add_argument(
         "--failures",
         type=Path,
