@@ -106,7 +106,7 @@ def materialise(
     tasks: Sequence[T],
     store: Store,
     failures_path: Path,
-    executor: Executor[T, Rendered | Failed],
+    executor: Executor[T, Rendered | Failed | Lost],
 ) -> Materialised:
     """Render every sample that the store lacks.
 
@@ -168,7 +168,9 @@ class _Reused:
 class _Run(Generic[T]):
     """One run over tasks, with at most as many in flight as the executor has slots."""
 
-    def __init__(self, store: Store, executor: Executor[T, Rendered | Failed]) -> None:
+    def __init__(
+        self, store: Store, executor: Executor[T, Rendered | Failed | Lost]
+    ) -> None:
         self._store = store
         self._executor = executor
         # Every claim is an open file, and a process may have only so many.

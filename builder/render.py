@@ -5,13 +5,17 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from mpmworlds.builder.disk import disk_errors_named
+from mpmworlds.builder.executors import Lost
 from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.store import StoredSample, encode_sample, renderer
 from mpmworlds.sim.link import link
 from mpmworlds.sim.run import run
 from mpmworlds.sim.scene import Scene
+
+KILLED: Final = "ended by SIGKILL"  # as `run` says it
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ def job_of(row: ManifestRow) -> Job:
     return Job(row.id, program, scene.output.framerate)
 
 
-def render_row(row: ManifestRow) -> Rendered | Failed:
+def render_row(row: ManifestRow) -> Rendered | Failed | Lost:
     """Link and render a manifest row.
 
     Parameters
@@ -104,7 +108,7 @@ def render_row(row: ManifestRow) -> Rendered | Failed:
 
     Returns
     -------
-    Rendered or Failed
+    Rendered, Failed or Lost
         See ``render_job``.
 
     Raises
@@ -115,7 +119,7 @@ def render_row(row: ManifestRow) -> Rendered | Failed:
     return render_job(job_of(row))
 
 
-def render_job(job: Job) -> Rendered | Failed:
+def render_job(job: Job) -> Rendered | Failed | Lost:
     """Render a program.
 
     Parameters
@@ -125,8 +129,9 @@ def render_job(job: Job) -> Rendered | Failed:
 
     Returns
     -------
-    Rendered or Failed
-        The encoded sample, or why there is none: a sample's failure is an answer.
+    Rendered, Failed or Lost
+        The encoded sample, or why there is none: a sample's failure is an answer. Lost
+        if the machine is at fault, so that another attempt may end well.
 
     Raises
     ------
@@ -140,12 +145,16 @@ def render_job(job: Job) -> Rendered | Failed:
     try:
         with disk_errors_named(Path(tempfile.gettempdir())):
             outcome = run(job.program)
+            if outcome.status == "crash" and KILLED in outcome.message:
+                return Lost(f"its program was {KILLED}, perhaps for lack of memory")
             if outcome.status != "ok":
                 return Failed(f"{outcome.status}: {outcome.message}")
             start = time.monotonic()
             sample = encode_sample(job.program, outcome.frames, job.framerate)
     except OSError:
         raise
+    except MemoryError:
+        return Lost("there was too little memory to encode it")
     except Exception as error:  # noqa: BLE001  # one sample must not stop the rest
         return Failed(f"{type(error).__name__}: {error}")
     seconds = time.monotonic() - start

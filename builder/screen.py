@@ -25,6 +25,7 @@ PIXELS: Final = 32
 PREFIX: Final = 2.5  # seconds of video that a model is shown
 BEYOND: Final = 0.5  # and how far the trial goes on after it [s]
 TIMEOUT: Final = 120.0  # seconds
+ATTEMPTS: Final = 3  # of a trial that crashes or takes too long
 STRIDE: Final = 15  # frames between those at which depths are measured
 RASTER: Final = 512  # pixels a side for depths
 LEAST_MATTER: Final = 16  # particles that must be there at the end of the prefix
@@ -47,7 +48,7 @@ class Findings:
     matter
         Particles at the end of the prefix, and rigid bodies as `LEAST_MATTER` each.
     lost
-        Particles that became infinite or left the domain.
+        Particles and rigid bodies that became infinite or left the domain.
     travel, later
         Displacement that a tenth of the matter exceeds: over the prefix, and over the
         rest of the trial [m].
@@ -80,13 +81,28 @@ def try_out(scene: Scene, warm: WarmStart) -> Findings:
     -------
     Findings
         Also of a scene that is no valid one at `CELLS` cells: status "too_small".
+
+    Raises
+    ------
+    RuntimeError
+        If it takes too long again and again. That says nothing about the scene.
     """
     frames = round((PREFIX + BEYOND) * scene.output.framerate) + 1
     try:
         small = rescale(scene, CELLS, PIXELS, frames)
     except SceneError:
         return Findings("too_small")
-    outcome = warm.run(link(small), frames, TIMEOUT, pictures=False)
+    program = link(small)
+    for _ in range(ATTEMPTS):  # the machine may be at fault: it lacks time or memory
+        outcome = warm.run(program, frames, TIMEOUT, pictures=False)
+        if outcome.status not in ("crash", "timeout"):
+            break
+    if outcome.status == "timeout":
+        raise RuntimeError(
+            f"a trial of three seconds did not end within {TIMEOUT:g} s, {ATTEMPTS} "
+            "times; run the command again when the machine is less busy, or with fewer "
+            "--workers, what is finished is kept"
+        )
     return findings(small, outcome)
 
 
@@ -99,11 +115,13 @@ def findings(scene: Scene, outcome: Outcome) -> Findings:
     inside = np.asarray(((x > 0.0) & (x < 1.0)).all(axis=2))  # which no NaN is
     prefix = round(PREFIX * scene.output.framerate)
     bodies = np.isfinite(states.solid_mass)
+    centers = states.poses[:, bodies, :2]
+    astray = ~((centers > 0.0) & (centers < 1.0)).all(axis=(0, 2))
     speeds = np.linalg.norm(states.velocities[born & inside], axis=-1)
     return Findings(
         "ok",
         matter=int(born[prefix].sum()) + LEAST_MATTER * int(bodies.sum()),
-        lost=int((born & ~inside).any(axis=0).sum()),
+        lost=int((born & ~inside).any(axis=0).sum() + astray.sum()),
         travel=_travel(states, 0, prefix),
         later=_travel(states, prefix, len(states.time) - 1),
         speed=_rounded(speeds.max(initial=0.0) / fastest_explained(scene)),
@@ -168,6 +186,8 @@ def _depth(scene: Scene, states: States, inside: npt.NDArray[np.bool_]) -> float
         shape = scene.objects[index].shape
         for t in range(0, len(states.time), STRIDE):
             x, y, angle = states.poses[t, n].tolist()
+            if not math.isfinite(x + y + angle):
+                continue
             shift = x - shape.center[0], y - shape.center[1]
             depths = _depth_map(shape.outline(shift, angle - shape.angle()))
             points = states.positions[t][states.born[t] & inside[t]]

@@ -20,6 +20,7 @@ from types import TracebackType
 
 from mpmworlds.sim.run import (
     MEMORY,
+    TAIL,
     Outcome,
     Received,
     Status,
@@ -45,14 +46,22 @@ class WarmStart:
         self._memory = memory
         self._scratch = tempfile.TemporaryDirectory(prefix="mpmworlds-")
         self._kernels = Path(self._scratch.name) / "kernels"
+        self._log = Path(self._scratch.name) / "log"
         self._sharing = 0
+        self._start()
+
+    def _start(self) -> None:
         self._socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with as_file(files("mpmworlds.sim").joinpath("zygote.py")) as script, other:
+        with (
+            as_file(files("mpmworlds.sim").joinpath("zygote.py")) as script,
+            self._log.open("wb") as log,
+            other,
+        ):
             self._process = subprocess.Popen(
                 [sys.executable, "-I", str(script), str(other.fileno())],
                 stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
                 pass_fds=[other.fileno()],
                 env=environment(Path(self._scratch.name)),
                 start_new_session=True,
@@ -82,13 +91,13 @@ class WarmStart:
         Raises
         ------
         RuntimeError
-            If the process that is kept has died.
+            If the process that is kept dies, and also the one that takes its place.
         """
         start = time.monotonic()
         with tempfile.TemporaryDirectory(dir=self._scratch.name) as folder:
             path, log = Path(folder) / "program.py", Path(folder) / "log"
             path.write_text(program_text, "utf-8")
-            received, (reader, writer) = Received(), os.pipe()
+            received = Received()
             arguments = {
                 "path": str(path),
                 "log": str(log),
@@ -98,7 +107,7 @@ class WarmStart:
                 "pictures": pictures,
                 "kernels": str(self._kernels),
             }
-            pid = self._fork(json.dumps(arguments).encode(), writer)
+            pid, reader = self._fork(json.dumps(arguments).encode())
             verdict: tuple[Status, str] | None
             left_well = False
             try:
@@ -118,26 +127,38 @@ class WarmStart:
         seconds = time.monotonic() - start
         return received.outcome(status, message, seconds)
 
-    def _fork(self, message: bytes, writer: int) -> int:
-        try:
-            socket.send_fds(self._socket, [message], [writer])
-            answer = self._socket.recv(8)
-        except OSError:
-            answer = b""
-        finally:
-            os.close(writer)
-        if not answer:
-            raise RuntimeError(
-                "the process that programs are forked from has died, perhaps for lack "
-                "of memory; run the command again, what is finished is kept"
-            )
-        return int.from_bytes(answer, "little")
+    def _fork(self, message: bytes) -> tuple[int, int]:
+        """Number of a new process, and the end of its pipe."""
+        for attempt in ("first", "last"):
+            reader, writer = os.pipe()
+            try:
+                socket.send_fds(self._socket, [message], [writer])
+                answer = self._socket.recv(8)
+            except OSError:
+                answer = b""
+            finally:
+                os.close(writer)
+            if answer:
+                return int.from_bytes(answer, "little"), reader
+            os.close(reader)
+            self._stop()
+            if attempt == "first":
+                self._start()
+        printed = self._log.read_text("utf-8", "replace")[-TAIL:].strip()
+        raise RuntimeError(
+            "the process that programs are forked from has died twice, perhaps for "
+            "lack of memory; run the command again, what is finished is kept. "
+            f"It says: {printed or 'nothing'}"
+        )
 
-    def close(self) -> None:
-        """End the process that is kept."""
+    def _stop(self) -> None:
         self._socket.close()
         self._process.kill()
         self._process.wait()
+
+    def close(self) -> None:
+        """End the process that is kept."""
+        self._stop()
         self._scratch.cleanup()
 
     def __enter__(self) -> "WarmStart":

@@ -85,6 +85,24 @@ def test_failures_are_recorded_with_reasons_and_stop_nothing_else(jobs, tmp_path
     assert hidden_below(tmp_path) == []
 
 
+def test_a_program_that_was_killed_is_run_again(jobs, make_program, tmp_path):
+    note = tmp_path / "killed"
+    once = (
+        f"import os, signal\nif not os.path.exists({str(note)!r}):\n"
+        f"    open({str(note)!r}, 'w').close()\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    always = "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n"
+    tasks = [
+        Job("p0010", once + make_program(3, size=16), 30),
+        Job("p0011", always, 30),
+    ]
+    done = render(tasks, Store(tmp_path / "store"), tmp_path / "log.jsonl")
+    assert (done.rendered, len(done.failures)) == (1, 1)
+    assert (done.failures[0].id, done.failures[0].attempts) == ("p0011", ATTEMPTS)
+    assert "lost: its program was ended by SIGKILL" in done.failures[0].reason
+
+
 def test_old_failures_are_forgotten(jobs, tmp_path):
     log = tmp_path / "failures.jsonl"
     log.write_text('{"id": "p0000", "reason": "of another day"}\n')

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mpmworlds.builder.screen import (
+    ATTEMPTS,
     LEAST_MATTER,
     Findings,
     fastest_explained,
@@ -126,6 +127,41 @@ def test_a_particle_that_is_once_not_finite_or_outside_is_lost(value):
     if np.isnan(value):
         x[40, 7] = np.nan  # as a whole, after its birth
     assert found(states_of(x)).lost == 1
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -0.01, 1.01])
+def test_a_rigid_body_that_is_once_not_finite_or_outside_is_lost(value):
+    poses = np.full((FRAMES, 2, 3), 0.5)
+    poses[40, :, 1] = value
+    states = states_of(still(), poses=poses, solid_mass=[3.0, math.inf])
+    lost = dataclasses.replace(states, solid_id=np.array([1, 1], np.int16))
+    shown = found(lost, BODY, OBSTACLE)
+    assert (shown.lost, fault(shown)) == (1, "not_finite_or_outside")
+
+
+class Fails:
+    """A warm start whose programs end in one way so many times, then well."""
+
+    def __init__(self, status, times):
+        self.statuses = [status] * times
+
+    def run(self, program, frames, timeout, *, pictures):
+        status = self.statuses.pop() if self.statuses else "ok"
+        states = states_of(still()) if status == "ok" else None
+        return Outcome(status, BLACK, 1.0, "", states)
+
+
+@pytest.mark.parametrize("status", ["crash", "timeout"])
+def test_trouble_of_the_machine_is_not_taken_for_one_of_the_scene(status):
+    scene = Scene.from_data(scene_data())
+    assert try_out(scene, Fails(status, ATTEMPTS - 1)).status == "ok"
+
+
+def test_a_program_that_always_crashes_is_at_fault_but_one_that_is_slow_is_not():
+    scene = Scene.from_data(scene_data())
+    assert try_out(scene, Fails("crash", ATTEMPTS)) == Findings("crash")
+    with pytest.raises(RuntimeError, match=r"within 120 s, 3 times; run the command"):
+        try_out(scene, Fails("timeout", ATTEMPTS))
 
 
 def test_travel_is_what_a_tenth_of_the_matter_exceeds():

@@ -189,8 +189,20 @@ def test_closing_ends_the_process_and_removes_its_folder(scratch, monkeypatch):
     assert set(scratch.iterdir()) == before
 
 
-def test_a_process_that_was_killed_is_an_error_that_says_what_to_do():
+def test_a_process_that_was_killed_is_started_again(program, alone):
     with WarmStart() as warm:
-        os.kill(warm._process.pid, signal.SIGKILL)
-        with pytest.raises(RuntimeError, match=r"has died.* run the command again"):
-            assert_works(warm)
+        for _ in range(2):
+            os.kill(warm._process.pid, signal.SIGKILL)
+            outcome = warm.run(program, FRAMES, 120.0, pictures=False)
+            assert_same_states(outcome.states, alone.states)
+
+
+def test_a_process_that_cannot_start_is_an_error_that_says_why(tmp_path, monkeypatch):
+    broken = tmp_path / "python"
+    broken.write_text("#!/bin/sh\necho no room for Taichi\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr("mpmworlds.sim.warm.sys.executable", str(broken))
+    with WarmStart() as warm, pytest.raises(RuntimeError) as error:
+        assert_works(warm)
+    assert "has died twice" in str(error.value)
+    assert str(error.value).endswith("It says: no room for Taichi")
