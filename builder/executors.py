@@ -12,7 +12,8 @@ import sys
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
@@ -27,6 +28,11 @@ R = TypeVar("R")
 
 PER_CPU: Final = 2  # tasks in flight per core of a cluster: one runs, one is on its way
 PATIENCE: Final = 10.0  # seconds for a process to clean up after itself
+ATTEMPTS: Final = 3  # at a task whose process is lost
+
+
+class CutOffError(RuntimeError):
+    """Processes were killed again and again."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +106,50 @@ def open_executor(
     if ray is None:
         return Processes(function, workers or os.cpu_count() or 1)
     return Cluster(function, ray, workers)
+
+
+def carry_out_all(
+    executor: Executor[T, R], tasks: Iterable[T], name: Callable[[T], str]
+) -> Iterator[tuple[T, R]]:
+    """Carry out tasks, those of a lost process anew.
+
+    Parameters
+    ----------
+    executor
+        What carries them out.
+    tasks
+        Tasks, started in order.
+    name
+        What to call a task in an error.
+
+    Yields
+    ------
+    task, result
+        As they are done.
+
+    Raises
+    ------
+    CutOffError
+        If the process of a task was lost again and again.
+    """
+    queue, flying = list(tasks)[::-1], 0
+    losses: Counter[int] = Counter()  # by identity: a task comes back as it was given
+    while queue or flying:
+        while queue and flying < executor.slots:
+            executor.submit(queue.pop())
+            flying += 1
+        for task, result in executor.wait(None):
+            flying -= 1
+            if not isinstance(result, Lost):
+                yield task, result
+                continue
+            losses[id(task)] += 1
+            if losses[id(task)] == ATTEMPTS:
+                raise CutOffError(
+                    f"{name(task)}: lost {ATTEMPTS} times ({result.reason}); run the "
+                    "command again, what is finished is kept"
+                )
+            queue.append(task)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from typing import Final, Generic, Protocol, TypeVar
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.builder.disk import disk_errors_named
 from mpmworlds.builder.executors import Executor, Lost
 from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.render import Failed, Rendered
@@ -251,8 +250,7 @@ def _line(failure: Failure) -> str:
 
 
 def _write_failures(path: Path, failures: Iterable[Failure]) -> None:
-    with disk_errors_named(path):
-        write_atomically(path, "".join(map(_line, failures)).encode())
+    write_atomically(path, "".join(map(_line, failures)).encode())
 
 
 def write_record(path: Path, rows: Iterable[ManifestRow], store: Store) -> None:

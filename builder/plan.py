@@ -9,7 +9,7 @@ parameters only.
 import hashlib
 import json
 import shutil
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -20,7 +20,7 @@ from typing import Any, Final
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.builder.candidates import Draft
-from mpmworlds.builder.executors import Executor, Lost, open_executor
+from mpmworlds.builder.executors import Executor, carry_out_all, open_executor
 from mpmworlds.builder.families import Family, Planner, Task, carry_out
 from mpmworlds.builder.manifest import (
     ManifestRow,
@@ -30,18 +30,16 @@ from mpmworlds.builder.manifest import (
 )
 from mpmworlds.builder.profile import Profile, sample_ids
 from mpmworlds.builder.screen import Findings
+from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.templates import NEAR_ROOTS, Choice, Screen, Templates, is_near
 from mpmworlds.builder.trials import append_journal, read_journal, read_recorded
 from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.sim.locks import hold
+from mpmworlds.sim.scene import Scene
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.similarity import structure
 
 SOURCES: Final = ("sim", "builder", "splits")  # folders that decide what is planned
-ATTEMPTS: Final = 3  # at work at which a process is lost
-
-
-class PlanCutOffError(RuntimeError):
-    """A process was killed; what is finished is kept."""
 
 
 @dataclass(frozen=True)
@@ -119,9 +117,26 @@ def write_plan(
         If the profile asks for a seed that there is not.
     NoCandidateError
         If no draw for a sample is a valid scene that passes.
-    PlanCutOffError
+    CutOffError
         If a process was killed again and again.
+    DiskFullError
+        If there is no room. What is finished is kept.
+    FileExistsError
+        If another process is planning the same file.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lock = hold(path.with_name(f".{path.name}.lock"))
+    if lock is None:
+        raise FileExistsError(
+            f"{path}: another process is planning it; wait for it, or name another file"
+        )
+    with lock:
+        return _plan(profile, path, workers, ray, trials)
+
+
+def _plan(
+    profile: Profile, path: Path, workers: int, ray: str | None, trials: Path | None
+) -> Planned:
     journal = path.with_suffix(".trials.jsonl")
     known = read_recorded(trials) if trials else {}
     known |= read_journal(journal)
@@ -146,6 +161,7 @@ def write_plan(
 def _choose_parents(work: _Work) -> list[Choice]:
     """Seeds, and parents of which none nearly repeats a root before it."""
     roots = work.profile.roots()
+    seeds = list(load_seeds().values())
     choices: dict[SampleId, Choice] = {}
     jobs: dict[SampleId, frozenset[int]] = dict.fromkeys(roots, frozenset())
     with tqdm(total=len(roots), desc="parents", unit="scene") as bar:
@@ -155,34 +171,31 @@ def _choose_parents(work: _Work) -> list[Choice]:
                 work.keep(found)
                 bar.update(bar.n < bar.total)
             choices = {sample: choices[sample] for sample in roots}
-            jobs = _first_repeat(work.profile, choices)
+            jobs = _first_repeat(work.profile, choices, seeds)
     return list(choices.values())
 
 
 def _first_repeat(
-    profile: Profile, choices: dict[SampleId, Choice]
+    profile: Profile, choices: dict[SampleId, Choice], seeds: Sequence[Scene]
 ) -> dict[SampleId, frozenset[int]]:
     """The first parent that nearly repeats a root before it, and draws it may not take.
 
-    Those after it are looked at once it has been drawn anew. A seed counts only for
-    the parents that could have been composed of it.
+    Those after it are looked at once it has been drawn anew. A seed counts, whether
+    the corpus holds it or not, for the parents that could have been composed of it.
     """
-    alike: dict[str, list[Draft]] = {}
+    earlier: dict[str, list[Scene]] = defaultdict(list)  # parents by structure
+    shapes = [structure(scene) for scene in seeds]
     for sample, choice in choices.items():
-        draft = choice.draft
-        others = alike.setdefault(structure(draft.full), [])
-        if draft.kind == "parent":
-            limit = profile.batch_of(sample)[0].seeds
-            rivals = [
-                other.full
-                for other in others
-                if other.kind == "parent" or int(other.id.family[1:]) < limit
-            ]
-            if is_near(draft.full, rivals, NEAR_ROOTS):
+        if choice.draft.kind == "parent":
+            scene = choice.draft.full
+            shape, limit = structure(scene), profile.batch_of(sample)[0].seeds
+            pairs = zip(seeds, shapes[:limit], strict=False)
+            rivals = [seed for seed, other in pairs if other == shape]
+            if is_near(scene, rivals + earlier[shape], NEAR_ROOTS):
                 draws = enumerate(choice.rejected)
                 before = [n for n, reason in draws if reason == "near_duplicate"]
                 return {sample: frozenset([*before, choice.draw])}
-        others.append(draft)
+            earlier[shape].append(scene)
     return {}
 
 
@@ -245,27 +258,10 @@ def _sources_sha256() -> str:
 
 
 def _run(work: _Work, step: str, jobs: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
-    """Results of a step as they are done; what a lost process had is done again."""
-    executor, flying = work.executor, 0
-    queue: list[Task] = [(step, *job) for job in jobs][::-1]
-    losses: Counter[str] = Counter()
-    while queue or flying:
-        while queue and flying < executor.slots:
-            executor.submit(queue.pop())
-            flying += 1
-        for task, result in executor.wait(None):
-            flying -= 1
-            if not isinstance(result, Lost):
-                yield result
-                continue
-            name = str(task[1])
-            losses[name] += 1
-            if losses[name] == ATTEMPTS:
-                raise PlanCutOffError(
-                    f"{name}: its process was lost {ATTEMPTS} times ({result.reason}); "
-                    "run the command again, what is finished is kept"
-                )
-            queue.append(task)
+    """Results of a step as they are done."""
+    tasks: list[Task] = [(step, *job) for job in jobs]
+    done = carry_out_all(work.executor, tasks, lambda task: str(task[1]))
+    return (result for _, result in done)
 
 
 def _counted(reasons: Iterable[str]) -> dict[str, int]:

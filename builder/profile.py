@@ -144,6 +144,9 @@ class Profile:
             raise PlanError(
                 f"screen = {self.screen!r}, must be one of {', '.join(SCREENS)}"
             )
+        most = self.children.each + bool(self.children.more)
+        if most > FIRST_PROPOSED:
+            raise PlanError(f"children: {most} each, must be <= {FIRST_PROPOSED}")
         roots = set(map(str, self.roots()))
         for proposal in self.proposed_children:
             if proposal.root not in roots:

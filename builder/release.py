@@ -6,11 +6,9 @@ skips the shards that are noted and intact. The notes are removed with the last 
 """
 
 import json
-import multiprocessing
 import os
 import shutil
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -19,7 +17,7 @@ from typing import Final
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.builder.card import ConfigSize, card_text
-from mpmworlds.builder.disk import disk_errors_named
+from mpmworlds.builder.executors import carry_out_all, open_executor
 from mpmworlds.builder.manifest import ManifestRow, read_manifest
 from mpmworlds.builder.mpmworlds import MPMWorlds
 from mpmworlds.builder.shards import (
@@ -30,16 +28,20 @@ from mpmworlds.builder.shards import (
 )
 from mpmworlds.builder.store import Store
 from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.sim.disk import disk_errors_named
+from mpmworlds.sim.locks import hold
 from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.checksums import (
     CHECKSUMS,
     files_below,
+    read_checksums,
     sha256_of_file,
     write_checksums,
 )
 from mpmworlds.splits.manifest import write_lists
 
 _NOTES: Final = ".build"
+_PARTS: Final = ("data", "splits", "README.md", CHECKSUMS)  # of a release
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,9 @@ class WrittenShard:
     num_bytes: int
     file_size: int
     sha256: str
+
+
+_ShardTask = tuple[MPMWorlds, PlannedShard, Path]
 
 
 def build_release(
@@ -105,15 +110,22 @@ def build_release(
     rows = read_manifest(manifest_path)
     _check_splits(rows)
     plan = plan_shards(rows, configs, rows_per_shard)
-    notes = _prepare(out_dir, plan)
-    with disk_errors_named(out_dir):
+    out_dir.parent.mkdir(parents=True, exist_ok=True)
+    lock = hold(out_dir.with_name(f".{out_dir.name}.lock"))
+    if lock is None:
+        raise ReleaseError(
+            f"{out_dir}: another process is building it; wait for it, or name another "
+            "folder"
+        )
+    with lock, disk_errors_named(out_dir):
+        notes = _prepare(out_dir, plan)
         written = _write_shards(plan, store, out_dir, workers)
         by_split = {s: [row.id for row in rows if row.split == s] for s in SPLITS}
         write_lists(out_dir / "splits", {**lists, **by_split})
         card = card_text(rows, _sizes(plan, written), version)
         write_atomically(out_dir / "README.md", card.encode())
         write_checksums(out_dir)
-    shutil.rmtree(notes)
+        shutil.rmtree(notes)
     return plan
 
 
@@ -128,11 +140,10 @@ def _check_splits(rows: Sequence[ManifestRow]) -> None:
 def _prepare(out_dir: Path, plan: Sequence[PlannedShard]) -> Path:
     """Clear what a former build left; return the folder of this build's notes."""
     notes = out_dir / _NOTES
-    entries = {p.name for p in out_dir.iterdir()} if out_dir.is_dir() else set()
-    if entries and not entries & {_NOTES, CHECKSUMS}:
+    if stranger := _stranger(out_dir):
         raise ReleaseError(
-            f"{out_dir}: holds {sorted(entries)[0]!r} and no release; name an empty "
-            "folder, for a build removes files that it did not write"
+            f"{out_dir}: holds {stranger!r}, which is no part of a release; name an "
+            "empty folder, for a build removes what a former one wrote"
         )
     notes.mkdir(parents=True, exist_ok=True)
     (out_dir / CHECKSUMS).unlink(missing_ok=True)  # not a release until it is finished
@@ -148,6 +159,22 @@ def _prepare(out_dir: Path, plan: Sequence[PlannedShard]) -> Path:
     return notes
 
 
+def _stranger(out_dir: Path) -> str | None:
+    """A file or folder that no build has written."""
+    entries = sorted(p.name for p in out_dir.iterdir()) if out_dir.is_dir() else []
+    if not entries:
+        return None
+    strangers: Iterable[str]
+    if CHECKSUMS in entries:  # a release is finished
+        known = read_checksums(out_dir)
+        strangers = [name for name in files_below(out_dir) if name not in known]
+        strangers += [] if "README.md" in known else [CHECKSUMS]
+    else:  # one was begun
+        known_entries = _PARTS if _NOTES in entries else ()
+        strangers = [n for n in entries if n[0] != "." and n not in known_entries]
+    return next(iter(strangers), None)
+
+
 def _write_shards(
     plan: Sequence[PlannedShard], store: Store, out_dir: Path, workers: int
 ) -> list[WrittenShard]:
@@ -161,31 +188,27 @@ def _write_shards(
         for config in dict.fromkeys(shard.config for shard in plan)
     }
     tasks = [(builders[shard.config], shard, out_dir) for shard in plan]
-    bar = tqdm(total=len(tasks), desc="build", unit="shard")
-    with bar:
-        if workers == 1:
-            return [_counted(_write_shard(*task), bar) for task in tasks]
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, context) as pool:
-            futures = [pool.submit(_write_shard, *task) for task in tasks]
-            try:
-                for future in as_completed(futures):
-                    _counted(future.result(), bar)
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-            return [future.result() for future in futures]
+    written: dict[str, WrittenShard] = {}
+    with tqdm(total=len(tasks), desc="build", unit="shard") as bar:
+        for (_, shard, _), done in _all_written(tasks, workers):
+            written[shard.path] = done
+            bar.update()
+    return [written[shard.path] for shard in plan]
 
 
-def _counted(shard: WrittenShard, bar: tqdm) -> WrittenShard:
-    bar.update()
-    return shard
+def _all_written(
+    tasks: Sequence[_ShardTask], workers: int
+) -> Iterator[tuple[_ShardTask, WrittenShard]]:
+    if workers == 1:
+        yield from ((task, _write_shard(task)) for task in tasks)
+        return
+    with open_executor(_write_shard, workers) as executor:
+        yield from carry_out_all(executor, tasks, lambda task: task[1].path)
 
 
-def _write_shard(
-    builder: MPMWorlds, shard: PlannedShard, out_dir: Path
-) -> WrittenShard:
+def _write_shard(task: _ShardTask) -> WrittenShard:
     """Write one shard and its note, or find both done already."""
+    builder, shard, out_dir = task
     path = out_dir / shard.path
     note = (out_dir / _NOTES / shard.path).with_suffix(".json")
     key = shard.key()

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from mpmworlds.builder.disk import disk_errors_named
 from mpmworlds.builder.executors import Lost
 from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.store import StoredSample, encode_sample, renderer
+from mpmworlds.sim.disk import disk_errors_named
 from mpmworlds.sim.link import link
 from mpmworlds.sim.run import run
 from mpmworlds.sim.scene import Scene

@@ -93,7 +93,7 @@ def check_shard(root: Path, name: str, salt: str, resimulate: int) -> ShardRepor
                 report.candidates = sorted(
                     report.candidates, key=lambda candidate: candidate.rank
                 )[:resimulate]
-    except (OSError, pa.ArrowInvalid) as error:
+    except (OSError, ValueError, pa.ArrowException) as error:
         report.findings.append(f"{root / name}: cannot be read ({error})")
     return report
 

@@ -18,13 +18,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-from mpmworlds.builder.disk import disk_errors_named
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.sim.atomic import PART, write_atomically
+from mpmworlds.sim.disk import disk_errors_named
 from mpmworlds.sim.encode import CODEC, Frames, encode_mp4, frames_sha256
 from mpmworlds.sim.locks import Hold, hold, remove_abandoned
 
 LOCK: Final = ".lock"
+CHECK: Final = "sha256_of_the_rest"  # key of a description's checksum
 _log = logging.getLogger(__name__)
 
 
@@ -195,11 +196,10 @@ class Store:
             If there is no room. Nothing half-written stays behind.
         """
         base = self._base(sample.description.program_sha256)
-        record = json.dumps(asdict(sample.description), indent=1, sort_keys=True) + "\n"
-        with disk_errors_named(base):
-            write_atomically(base.with_suffix(".py"), sample.program.encode())
-            write_atomically(base.with_suffix(".mp4"), sample.video)
-            write_atomically(base.with_suffix(".json"), record.encode())
+        record = _text(sample.description)
+        write_atomically(base.with_suffix(".py"), sample.program.encode())
+        write_atomically(base.with_suffix(".mp4"), sample.video)
+        write_atomically(base.with_suffix(".json"), record.encode())
 
     def has(self, program_sha256: str) -> bool:
         """Say whether there is an entry, without looking whether it is whole.
@@ -248,9 +248,23 @@ class Store:
         return self.root / key[:2] / key
 
 
+def _text(description: Description) -> str:
+    """A description with its own checksum, JSON."""
+    record = asdict(description)
+    return json.dumps(record | {CHECK: _check_of(record)}, indent=1) + "\n"
+
+
 def _parse(data: bytes) -> Description:
     record = json.loads(data)
     names = {f.name for f in fields(Description)}
-    if not isinstance(record, dict) or set(record) != names:
-        raise ValueError(f"must be a JSON object with the keys {sorted(names)}")
+    if not isinstance(record, dict) or set(record) != names | {CHECK}:
+        raise ValueError(
+            f"must be a JSON object with the keys {sorted(names | {CHECK})}"
+        )
+    if record.pop(CHECK) != _check_of(record):
+        raise ValueError("corrupt: its values have another sha256 than recorded")
     return Description(**record)
+
+
+def _check_of(record: dict[str, object]) -> str:
+    return text_sha256(json.dumps(record, sort_keys=True))

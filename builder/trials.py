@@ -14,9 +14,9 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from mpmworlds.builder.disk import disk_errors_named
 from mpmworlds.builder.screen import Findings
 from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.sim.disk import disk_errors_named
 from mpmworlds.sim.journal import Journal
 
 RECORDED: Final = Path(str(files("mpmworlds.builder") / "recorded" / "trials.parquet"))
@@ -58,9 +58,7 @@ def append_journal(path: Path, found: dict[str, Findings]) -> None:
 
 
 def read_recorded(path: Path) -> dict[str, Findings]:
-    """Findings by key from a recorded table."""
-    if not path.exists():
-        return {}
+    """Findings by key from a recorded table; raises `FileNotFoundError`."""
     rows = pq.read_table(path).to_pylist()
     return {row.pop("key"): Findings(**row) for row in rows}
 

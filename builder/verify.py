@@ -1,13 +1,12 @@
 """Check a release against itself and against the functions that it is a cache of."""
 
-import multiprocessing
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCard
 
+from mpmworlds.builder.executors import carry_out_all, open_executor
 from mpmworlds.builder.shard_check import Candidate, ShardReport, check_shard
 from mpmworlds.builder.shards import RECIPES
 from mpmworlds.sim.encode import frames_sha256
@@ -78,9 +77,14 @@ def _check_shards(
     ]
     if workers == 1:
         return [check_shard(*task) for task in tasks]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context) as pool:
-        return list(pool.map(check_shard, *zip(*tasks, strict=True)))
+    with open_executor(_check_shard, workers) as executor:
+        done = carry_out_all(executor, tasks, lambda task: task[1])
+        reports = {task[1]: report for task, report in done}
+    return [reports[name] for _, name, _, _ in tasks]
+
+
+def _check_shard(task: tuple[Path, str, str, int]) -> ShardReport:
+    return check_shard(*task)
 
 
 def _file_findings(root: Path, sums: Mapping[str, str]) -> Iterator[str]:

@@ -5,6 +5,7 @@ import secrets
 from pathlib import Path
 from typing import Final
 
+from mpmworlds.sim.disk import disk_errors_named
 from mpmworlds.sim.locks import Hold, hold
 
 PART: Final = ".part"
@@ -23,14 +24,20 @@ def write_atomically(path: Path, data: bytes) -> None:
         File to write. Its folder is made if there is none.
     data
         The whole new content.
+
+    Raises
+    ------
+    DiskFullError
+        If there is no room. The file stays as it was.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with _new_part(path) as part:
-        rest = memoryview(data)
-        while rest:
-            rest = rest[os.write(part.descriptor, rest) :]
-        os.fsync(part.descriptor)
-        part.path.replace(path)
+    with disk_errors_named(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with _new_part(path) as part:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[os.write(part.descriptor, rest) :]
+            os.fsync(part.descriptor)
+            part.path.replace(path)
     folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(folder)  # the new name, too, survives a power cut

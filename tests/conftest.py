@@ -5,6 +5,7 @@ import textwrap
 from types import SimpleNamespace
 
 import pytest
+from hypothesis import settings
 
 from mpmworlds.builder.manifest import ManifestRow, write_manifest
 from mpmworlds.builder.release import build_release
@@ -12,6 +13,10 @@ from mpmworlds.builder.store import Store
 from mpmworlds.cli import main
 from mpmworlds.sim.palette import PALETTE, rgb
 from tests.small import build_small
+
+# A busy machine takes its time; a test that hangs is seen without deadlines.
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
 
 IDS = {
     "p0000": "train",

@@ -407,7 +407,7 @@ def test_build_leaves_a_folder_of_something_else_alone(command, small, tmp_path)
         *("--store", small.store, "--out", tmp_path),
     )
     assert (status, out) == (2, "")
-    assert f"{tmp_path}: holds 'thesis.tex' and no release" in err
+    assert f"{tmp_path}: holds 'thesis.tex', which is no part of a release" in err
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 

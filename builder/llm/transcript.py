@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from mpmworlds.builder.disk import disk_errors_named
+from mpmworlds.sim.disk import disk_errors_named
 from mpmworlds.sim.journal import Journal, JournalBusyError
 
 log = logging.getLogger(__name__)

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import subprocess
+import sys
 
 import pytest
 
@@ -15,10 +16,12 @@ from mpmworlds.builder.profile import Batch, Count, PlanError, sample_ids
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.templates import Choice
 from mpmworlds.sim.link import link
+from mpmworlds.sim.locks import hold
 from mpmworlds.sim.scene import Scene
 from mpmworlds.splits.assign import split_of
 from mpmworlds.splits.ids import SampleId
 from tests.builder.plans import GROWN, SMALL, command, environment
+from tests.sim.scenes import BODY, FAN, scene_data
 
 
 @pytest.fixture(scope="module")
@@ -177,6 +180,7 @@ def test_a_parent_that_nearly_repeats_a_root_before_it_is_drawn_again(
     )
     before = forms(write_plan(parents, tmp_path / "before.parquet", workers=1))
     monkeypatch.setattr(plan, "structure", lambda scene: "any")
+    monkeypatch.setattr(plan, "load_seeds", dict)
     monkeypatch.setattr(plan, "is_near", is_near)
     planned = write_plan(parents, tmp_path / "after.parquet", workers=1)
     after = forms(planned)
@@ -192,12 +196,13 @@ def test_a_parent_that_nearly_repeats_a_root_before_it_is_drawn_again(
         taken.add(after[name])
 
 
-SCENES = list(load_seeds().values())
+SEEDS = list(load_seeds().values())
+NEW = [Scene.from_data(scene_data(*things)) for things in ((), (BODY, FAN))]
 
 
-def choice(name, number, draw=0, rejected=()):
-    """A root that shows the scene of a seed."""
-    sample, scene = SampleId(name), SCENES[number]
+def choice(name, scene, draw=0, rejected=()):
+    """A root that shows a scene."""
+    sample = SampleId(name)
     draft = Draft(sample, sample.kind, "", (), "", scene, scene)
     return sample, Choice(draft, draw, rejected)
 
@@ -205,21 +210,22 @@ def choice(name, number, draw=0, rejected=()):
 @pytest.mark.parametrize(
     ("choices", "expected"),
     [
-        ([choice("p0000", 4), choice("p0001", 5)], {}),
-        ([choice("p0000", 4), choice("p0001", 4, draw=0)], {"p0001": {0}}),
-        ([choice("s02", 2), choice("p0000", 2, 1, ("no_room",))], {"p0000": {1}}),
+        ([choice("p0000", NEW[0]), choice("p0001", NEW[1])], {}),
+        ([choice("p0000", NEW[0]), choice("p0001", NEW[0])], {"p0001": {0}}),
+        ([choice("p0000", SEEDS[2], 1, ("no_room",))], {"p0000": {1}}),
         (
-            [choice("s02", 2), choice("p0000", 2, 2, ("near_duplicate", "overlap"))],
+            [choice("p0000", SEEDS[2], 2, ("near_duplicate", "overlap"))],
             {"p0000": {0, 2}},
         ),
-        ([choice("s30", 30), choice("p0000", 30)], {}),  # s30 came later
-        ([choice("s30", 30), choice("p0002", 30)], {"p0002": {0}}),
-        ([choice("s01", 4), choice("s02", 4)], {}),  # seeds are as they are
+        ([choice("p0000", SEEDS[30])], {}),  # s30 came later
+        ([choice("p0002", SEEDS[30])], {"p0002": {0}}),
+        ([choice("s01", NEW[0]), choice("s02", NEW[0])], {}),  # seeds are as they are
     ],
 )
 def test_a_parent_may_not_repeat_a_parent_nor_a_seed_that_was_there(choices, expected):
+    """Whether the seed is in the corpus does not count, so that it may join later."""
     profile = dataclasses.replace(SMALL, parents=(Batch(2, 10), Batch(1, 35)))
-    found = plan._first_repeat(profile, dict(choices))
+    found = plan._first_repeat(profile, dict(choices), SEEDS)
     assert {str(sample): set(draws) for sample, draws in found.items()} == expected
 
 
@@ -231,3 +237,31 @@ def test_a_seed_that_there_is_not_is_an_error_before_anything_is_planned(tmp_pat
     with pytest.raises(PlanError, match="no seed 's99'; there are s00, s01"):
         write_plan(profile, tmp_path / "m.parquet")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_is_being_planned_is_left_alone(tmp_path):
+    path = tmp_path / "m.parquet"
+    busy = pytest.raises(FileExistsError, match=r"m\.parquet: another process is")
+    with hold(tmp_path / ".m.parquet.lock"), busy:
+        write_plan(SMALL, path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_named(tmp_path):
+    code = (
+        "import resource, signal, sys\n"
+        "from pathlib import Path\n"
+        "from mpmworlds.builder.plan import write_plan\n"
+        "from tests.builder.plans import ONE\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
+        "write_plan(ONE, Path(sys.argv[1]), workers=1)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "m.parquet")],
+        env=environment(),
+        capture_output=True,
+        text=True,
+    )
+    assert "DiskFullError" in done.stderr
+    assert "no room to write it" in done.stderr.splitlines()[-1]

@@ -56,6 +56,7 @@ def test_lists_of_subsets_are_no_part_of_a_plan():
         ({"children": {"each": 1.5}}, r"each = 1\.5, must be a whole number >= 0"),
         ({"children": {"each": 1, "more": -2}}, "more = -2, must be a whole number"),
         ({"children": {"every": 1}}, "every"),
+        ({"children": 501}, "children: 501 each, must be <= 500"),
         ({"parents": 3}, "parents = 3, must be a list of mappings"),
         ({"parents": [{"count": -1, "seeds": 3}]}, "parents: count = -1, must be"),
         ({"parents": [{"count": 1, "seeds": 1}]}, r"parents: seeds = 1, .* >= 2"),

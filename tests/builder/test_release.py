@@ -16,6 +16,7 @@ from mpmworlds.builder.mpmworlds import MPMWorlds, NotRenderedError
 from mpmworlds.builder.release import build_release
 from mpmworlds.builder.shards import ReleaseError, plan_shards
 from mpmworlds.builder.store import Store
+from mpmworlds.sim.locks import hold
 
 CONFIGS = {"tiny": None, "mini": ["p0000", "p0002"]}
 COMMAND = """
@@ -206,9 +207,38 @@ def test_a_full_disk_is_a_clear_error_and_the_next_build_goes_on(
 
 def test_a_folder_with_other_things_in_it_is_left_alone(corpus, tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(ReleaseError, match=r"holds 'thesis.tex' and no release"):
+    with pytest.raises(ReleaseError, match=r"holds 'thesis.tex', which is no part"):
         build(corpus, tmp_path)
     assert tree(tmp_path) == {"thesis.tex": b"years of work"}
+
+
+@pytest.mark.parametrize("finished", [True, False])
+def test_what_was_put_into_a_release_is_left_alone(corpus, release, tmp_path, finished):
+    out = shutil.copytree(release, tmp_path / "out")
+    if not finished:
+        (out / "SHA256SUMS").unlink()
+        (out / ".build").mkdir()
+    (out / "thesis.tex").write_text("years of work")
+    before = tree(out)
+    with pytest.raises(ReleaseError, match=r"holds 'thesis.tex', which is no part"):
+        build(corpus, out)
+    assert tree(out) == before
+
+
+def test_checksums_of_something_else_make_no_release(corpus, release, tmp_path):
+    out = shutil.copytree(release / "splits", tmp_path / "out")
+    before = tree(out)
+    with pytest.raises(ReleaseError, match=r"holds 'SHA256SUMS', which is no part"):
+        build(corpus, out)
+    assert tree(out) == before
+
+
+def test_a_release_that_is_being_built_is_left_alone(corpus, release, tmp_path):
+    out = shutil.copytree(release, tmp_path / "out")
+    busy = pytest.raises(ReleaseError, match="another process is building it")
+    with hold(tmp_path / ".out.lock"), busy:
+        build(corpus, out)
+    assert tree(out) == tree(release)
 
 
 def test_rows_keep_the_order_of_the_manifest_and_every_row_is_in_one_shard(corpus):

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpmworlds.builder.disk import DiskFullError
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.store import Store, encode_sample
+from mpmworlds.sim.disk import DiskFullError
 from mpmworlds.sim.encode import ColorError, decode_mp4, frames_sha256
 
 
@@ -67,6 +67,15 @@ def test_a_corrupt_entry_counts_as_missing_with_a_message(
     assert "will be rendered again" in caplog.text
 
 
+def test_a_description_that_says_something_else_counts_as_missing(entry, caplog):
+    store, program, _ = entry
+    path = file_of(store, ".json")
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"num_frames": record["num_frames"] + 1}))
+    assert store.get(text_sha256(program)) is None
+    assert f"{path}: corrupt: its values have another sha256" in caplog.text
+
+
 @pytest.mark.parametrize("suffix", [".mp4", ".py", ".json"])
 def test_an_entry_without_one_of_its_files_is_missing(entry, suffix):
     store, program, _ = entry
@@ -94,8 +103,8 @@ def test_a_full_disk_is_a_clear_error_and_leaves_nothing_half_written(tmp_path):
     program = """
 import sys, numpy as np, signal
 from pathlib import Path
-from mpmworlds.builder.disk import DiskFullError
-from mpmworlds.builder.disk import DiskFullError
+from mpmworlds.sim.disk import DiskFullError
+from mpmworlds.sim.disk import DiskFullError
 from mpmworlds.builder.store import Store, encode_sample
 from mpmworlds.sim.palette import PALETTE, rgb
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

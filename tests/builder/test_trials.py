@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-from mpmworlds.builder.disk import DiskFullError
 from mpmworlds.builder.screen import Findings
 from mpmworlds.builder.trials import (
     append_journal,
@@ -14,6 +13,7 @@ from mpmworlds.builder.trials import (
     read_recorded,
     write_recorded,
 )
+from mpmworlds.sim.disk import DiskFullError
 
 FOUND = {
     "b": Findings("ok", 912, 0, 0.1234, 1.5e-05, 0.71, 0.25),
@@ -105,7 +105,8 @@ def test_what_does_not_fit_on_the_disk_loses_nothing_and_can_be_added_later(
 
 def test_a_table_gives_back_what_was_recorded(tmp_path):
     path = tmp_path / "folder" / "trials.parquet"
-    assert read_recorded(path) == {}
+    with pytest.raises(FileNotFoundError):
+        read_recorded(path)
     write_recorded(path, FOUND)
     assert read_recorded(path) == FOUND
     assert list(read_recorded(path)) == ["a", "b", "c"]

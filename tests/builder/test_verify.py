@@ -105,6 +105,16 @@ def test_a_truncated_shard_is_found(copy):
     )
 
 
+def test_text_that_is_none_is_found_beside_the_checksum(copy):
+    path = copy / "data/recipes/test-00000-of-00001.arrow"
+    data = path.read_bytes()
+    place = data.index(b"mpmworlds-scene/1")
+    path.write_bytes(data[:place] + b"\xff" + data[place + 1 :])
+    findings = verify_release(copy, resimulate=0)
+    assert f"{path}: its sha256 is not the one in SHA256SUMS" in findings
+    assert any(f"{path}: cannot be read ('utf-8' codec" in text for text in findings)
+
+
 def test_missing_and_extra_files_are_found(copy):
     (copy / TEST_SHARD).unlink()
     (copy / "data/tiny/extra-00000-of-00001.arrow").write_bytes(b"")

@@ -1,6 +1,7 @@
 """Verbs about a corpus: plan, splits, build."""
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -125,24 +126,17 @@ def add_build(verbs: Any) -> None:
 
 def build(options: argparse.Namespace) -> int:
     """Build a release folder."""
-    from mpmworlds.builder.manifest import read_manifest, recorded_manifest
-    from mpmworlds.builder.plan import write_plan
+    from mpmworlds.builder.manifest import read_manifest
     from mpmworlds.builder.profile import Profile
     from mpmworlds.builder.release import build_release
     from mpmworlds.builder.store import Store
-    from mpmworlds.builder.trials import RECORDED
     from mpmworlds.splits.lists import ListParams, compute_lists
 
     params, store = read_params(options), Store(options.store)
     version = setting(params, "version", str)
     rows_per_shard = setting(params, "rows_per_shard", int)
     profile, ids = named_subset(options)
-    manifest = options.manifest
-    if ids and not manifest:
-        manifest = recorded_manifest(profile)
-    elif not manifest:
-        manifest = options.store / f"{options.config}.parquet"
-        write_plan(named_profile(options), manifest, trials=RECORDED)
+    manifest = options.manifest or _manifest(options, profile)
     rows = read_manifest(manifest)
     lists = compute_lists(
         [row.id for row in rows],
@@ -161,7 +155,23 @@ def build(options: argparse.Namespace) -> int:
         version=version,
         lists=lists,
         rows_per_shard=rows_per_shard,
-        workers=options.workers or 1,
+        workers=options.workers,
     )
     print(f"{options.out}: {len(shards)} shards")
     return DONE
+
+
+def _manifest(options: argparse.Namespace, name: str) -> Path:
+    """The recorded manifest of a profile, or one that is planned now."""
+    from mpmworlds.builder.manifest import recorded_manifest
+    from mpmworlds.builder.plan import write_plan
+    from mpmworlds.builder.profile import Profile
+    from mpmworlds.builder.trials import RECORDED
+
+    if not options.params:  # else the recorded one is of other parameters
+        with suppress(LookupError):
+            return recorded_manifest(name)
+    path: Path = options.store / f"{name}.parquet"
+    profile = Profile.from_params(read_params(options), name)
+    write_plan(profile, path, workers=options.workers, trials=RECORDED)
+    return path

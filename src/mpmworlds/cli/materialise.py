@@ -123,6 +123,12 @@ def _read_rows(options: argparse.Namespace) -> Any:
     from mpmworlds.builder.manifest import read_manifest, recorded_manifest
 
     profile, ids = named_subset(options)
+    if options.params and not options.manifest:
+        raise ValueError(
+            "--params: the recorded manifest is of other parameters; plan one with "
+            f"them: mpmworlds plan --params {options.params} --config {profile} --out "
+            "FILE, and name it with --manifest FILE"
+        )
     rows = read_manifest(options.manifest or recorded_manifest(profile))
     return rows if ids is None else [row for row in rows if row.id in ids]
 
