@@ -188,7 +188,9 @@ def _first_repeat(
     for sample, choice in choices.items():
         if choice.draft.kind == "parent":
             scene = choice.draft.full
-            shape, limit = structure(scene), profile.batch_of(sample)[0].seeds
+            batch = profile.batch_of(sample)[0]
+            limit = len(seeds) if batch.proposals else batch.seeds
+            shape = structure(scene)
             pairs = zip(seeds, shapes[:limit], strict=False)
             rivals = [seed for seed, other in pairs if other == shape]
             if is_near(scene, rivals + earlier[shape], NEAR_ROOTS):

@@ -13,7 +13,18 @@ SafeDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the same, but
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe loader that reads 1e-4 as a number and refuses a key given twice."""
+    """Safe loader that reads 1e-4 as a number; without aliases and repeated keys."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):  # a few of them may stand for gigabytes
+            event = self.peek_event()  # type: ignore[no-untyped-call]
+            raise yaml.composer.ComposerError(
+                None,
+                None,
+                f"*{event.anchor} stands for something else; write it out",
+                event.start_mark,
+            )
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen: set[Any] = set()
@@ -33,7 +44,7 @@ class _Loader(yaml.SafeLoader):
     def construct_object(self, node: Any, deep: bool = False) -> Any:
         try:
             return super().construct_object(node, deep)
-        except (ValueError, KeyError):
+        except (ValueError, KeyError, IndexError):
             kind = node.tag.rpartition(":")[2]
             problem = f"{node.value[:20]!r} is not of type {kind}"
             raise yaml.constructor.ConstructorError(

@@ -117,6 +117,19 @@ def test_too_few_scenes_are_written_and_do_not_hold(propose, tmp_path):
     assert len(lines(tmp_path / "p.jsonl")) == 1
 
 
+def test_requests_to_a_server_that_ignores_n_are_counted_too(propose, tmp_path):
+    with serving(one_each) as server:
+        status, *_ = propose(server, "--max-requests", 2, count=5)
+    assert (status, len(server.payloads)) == (1, 2)
+
+
+def test_an_endpoint_that_fails_leaves_what_is_there(propose, tmp_path):
+    (tmp_path / "p.jsonl").write_text("of a good day\n")
+    status, _, err = propose("http://127.0.0.1:9/v1", "--attempts", 1)
+    assert (status, "cannot be reached" in err) == (2, True)
+    assert (tmp_path / "p.jsonl").read_text() == "of a good day\n"
+
+
 def test_programs_are_asked_for_and_checked(propose, tmp_path):
     scene, other = tiny_scene(), tiny_scene(1)
     replies = fenced(scene, link(other)), fenced(other, "def frames():\n  yield 1\n")

@@ -1,8 +1,9 @@
 """Whether a program implements its scene: constants, colours, places at the start.
 
 The program is read first, without running it; then its first frame is compared with
-the layout of the scene. Reading it is a check of honesty, not of safety: what runs
-unknown text must confine it.
+the layout of the scene. Reading it refuses what plainly reaches beyond a simulation,
+such as other modules, files and names with two underscores. That is no sandbox: whoever
+runs programs of a model that is not trusted does so in a container.
 """
 
 import ast
@@ -30,6 +31,18 @@ MODULES: Final = (
     *("__future__", "collections", "colorsys", "dataclasses", "functools"),
     *("itertools", "math", "sys", "typing"),
 )
+REACHING: Final = frozenset(  # builtins that reach beyond a simulation
+    {"__import__", "breakpoint", "compile", "delattr", "eval", "exec", "getattr"}
+    | {"globals", "input", "locals", "memoryview", "open", "setattr", "vars"}
+)
+FILES: Final = frozenset(  # attributes of the modules that read, write or run
+    {"DataSource", "FileStorage", "ctypeslib", "dump", "fromfile", "fromregex"}
+    | {"genfromtxt", "imread", "imreadmulti", "imwrite", "imwritemulti", "load"}
+    | {"loadtxt", "memmap", "modules", "open_memmap", "save", "savetxt", "savez"}
+    | {"savez_compressed", "tofile", "aot", "tools", "VideoCapture", "f2py"}
+    | {"distutils", "testing", "lib", "core", "_core", "settrace", "setprofile"}
+)
+MAIN: Final = "__name__"
 
 
 def disagreements(
@@ -91,6 +104,9 @@ def read_disagreements(scene: Scene, program: str) -> Iterator[str]:
     foreign = sorted(set(_imported(tree)) - set(MODULES))
     if foreign:
         yield f"the program imports {', '.join(foreign)}, beyond numpy, taichi and cv2"
+    reaching = sorted(set(_reaching(tree)))
+    if reaching:
+        yield f"the program uses {', '.join(reaching)}, beyond what a simulation needs"
     names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     if "frames" not in names:
         yield "the program defines no function frames()"
@@ -109,6 +125,20 @@ def _imported(tree: ast.Module) -> Iterator[str]:
         elif isinstance(node, ast.ImportFrom):
             name = (node.module or "").partition(".")[0]
             yield "." * node.level + name
+
+
+def _reaching(tree: ast.Module) -> Iterator[str]:
+    """Names by which a program could get at more than its simulation."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name):
+            hidden = node.id.startswith("__") and node.id != MAIN
+            if hidden or node.id in REACHING:
+                yield node.id
+        elif isinstance(node, ast.Attribute):
+            if node.attr.startswith("__") or node.attr in FILES:
+                yield node.attr
+        elif isinstance(node, ast.ImportFrom):
+            yield from (alias.name for alias in node.names if alias.name in FILES)
 
 
 def _count_disagreements(scene: Scene, tree: ast.Module) -> Iterator[str]:

@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 from typing import Any, Final
 
-from mpmworlds.builder.llm.endpoint import KEY, URL, Endpoint, Patience
+from mpmworlds.builder.llm.endpoint import KEY, NO_KEY, URL, Endpoint, Patience
 
 log = logging.getLogger(__name__)
 TRANSIENT: Final = {408, 409, 429}  # and all from 500 on
@@ -177,8 +177,10 @@ class Client:
         """What an HTTP status that is no success means."""
         status, body = error.status_code, error.body
         said = body.get("message") if isinstance(body, dict) else None
-        said = said or error.response.text or error.message
-        problem = f"answers {status} ({_shown(str(said))})"
+        said = str(said or error.response.text or error.message)
+        if self.endpoint.api_key != NO_KEY:
+            said = said.replace(self.endpoint.api_key, "***")
+        problem = f"answers {status} ({_shown(said)})"
         if status == 429 and error.code != NO_QUOTA:
             wait = _retry_after(error.response.headers)
             return _Again(problem, "lower --requests-per-minute", wait)

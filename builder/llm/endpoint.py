@@ -37,10 +37,13 @@ class Endpoint:
             If the address is no HTTP address, or the key of the public one is missing.
         """
         url = os.environ.get(URL) or PUBLIC_URL
-        key = os.environ.get(KEY)
+        key = os.environ.get(KEY, "").strip()
+        if not (key.isascii() and key.isprintable()):
+            raise ValueError(f"{KEY} has characters that no key has; set it again")
         try:
             parts = urlsplit(url)
             valid = parts.scheme in ("http", "https") and bool(parts.hostname)
+            valid = valid and parts.port != 0  # raises if it is no number
         except ValueError:
             valid = False
         if not valid:

@@ -77,11 +77,14 @@ class Asker:
         What it has said.
     tally
         Where requests and tokens are counted.
+    most
+        Requests to make or look up at most; None for no limit.
     """
 
     client: Client
     transcript: Transcript
     tally: Tally = field(default_factory=Tally)
+    most: int | None = None
 
     def choices(self, request: Request) -> Iterator[tuple[str, int, Any]]:
         """Choices for a request, topped up where a server gives fewer than asked.
@@ -104,7 +107,7 @@ class Asker:
         wanted = int(request.payload["n"])
         missing = wanted
         for number in range(wanted):  # a server may give one at a time, or none
-            if missing == 0:
+            if missing == 0 or self.tally.requests == self.most:
                 return
             part = top_up(request, number, missing)
             choices = self._exchange(part).reply["choices"][:missing]

@@ -179,6 +179,8 @@ def test_without_the_client_library_the_error_says_what_to_install(monkeypatch):
         ("", "", "OPENAI_API_KEY is not set"),
         ("localhost:8000", "", "OPENAI_BASE_URL = 'localhost:8000', must be an HTTP"),
         ("http://[x", "", "must be an HTTP address"),
+        ("http://localhost:abc/v1", "", "must be an HTTP address"),
+        ("http://localhost/v1", "sk-\u2013", "has characters that no key has"),
     ],
 )
 def test_unusable_environment_says_what_to_set(url, key, message, monkeypatch):
@@ -193,6 +195,18 @@ def test_local_server_needs_no_key(monkeypatch):
     monkeypatch.setenv("OPENAI_BASE_URL", "http://localhost:8000/v1")
     monkeypatch.delenv("OPENAI_API_KEY", raising=False)
     assert Endpoint.from_environment().base_url == "http://localhost:8000/v1"
+
+
+def test_a_key_may_end_in_a_line_break(monkeypatch):
+    monkeypatch.setenv("OPENAI_API_KEY", KEY + "\n")
+    assert Endpoint.from_environment().api_key == KEY
+
+
+def test_a_server_that_repeats_the_key_is_not_quoted():
+    answer = fails(status=401, text=f"bad key Bearer {KEY}")
+    with serving(answer) as server, pytest.raises(EndpointError) as raised:
+        client_of(server).ask(PAYLOAD)
+    assert "bad key Bearer ***" in str(raised.value)
 
 
 def test_no_secret_is_shown():

@@ -13,6 +13,7 @@ from mpmworlds.builder.manifest import read_manifest, text_sha256
 from mpmworlds.builder.modify import EDITS
 from mpmworlds.builder.plan import write_plan
 from mpmworlds.builder.profile import Batch, Count, PlanError, sample_ids
+from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.templates import Choice
 from mpmworlds.sim.link import link
@@ -200,6 +201,9 @@ SEEDS = list(load_seeds().values())
 NEW = [Scene.from_data(scene_data(*things)) for things in ((), (BODY, FAN))]
 
 
+PROPOSED = Batch(1, proposals=(Proposed("p.jsonl:1", (), "", "{}", ""),))
+
+
 def choice(name, scene, draw=0, rejected=()):
     """A root that shows a scene."""
     sample = SampleId(name)
@@ -219,12 +223,13 @@ def choice(name, scene, draw=0, rejected=()):
         ),
         ([choice("p0000", SEEDS[30])], {}),  # s30 came later
         ([choice("p0002", SEEDS[30])], {"p0002": {0}}),
+        ([choice("p0003", SEEDS[30])], {"p0003": {0}}),  # a model saw them all
         ([choice("s01", NEW[0]), choice("s02", NEW[0])], {}),  # seeds are as they are
     ],
 )
 def test_a_parent_may_not_repeat_a_parent_nor_a_seed_that_was_there(choices, expected):
     """Whether the seed is in the corpus does not count, so that it may join later."""
-    profile = dataclasses.replace(SMALL, parents=(Batch(2, 10), Batch(1, 35)))
+    profile = dataclasses.replace(SMALL, parents=(Batch(2, 10), Batch(1, 35), PROPOSED))
     found = plan._first_repeat(profile, dict(choices), SEEDS)
     assert {str(sample): set(draws) for sample, draws in found.items()} == expected
 

@@ -67,6 +67,8 @@ def test_every_number_survives_writing_and_reading(number):
         ("a: !!bool x", "line 1, column 4", "'x' is not of type bool"),
         ("a: !!timestamp x", "line 1, column 4", "timestamp"),
         ("a: !!python/name:os.system", "line 1, column 4", "os.system"),
+        ("a: !!float ''", "line 1, column 4", "'' is not of type float"),
+        ("a: &x [1]\nb: *x", "line 2, column 4", "*x stands for something else"),
         ("a: " + 5000 * "9", "line 1, column 4", "is not of type int"),
     ],
 )

@@ -46,7 +46,9 @@ def add_propose(verbs: Any) -> None:
         "--programs",
         action="store_true",
         help="ask for a program beside each scene, and run what the model writes to "
-        "compare its first frame with the scene",
+        "compare its first frame with the scene. Programs with other modules, files or "
+        "hidden names are refused unrun, but that is no sandbox: with a model that you "
+        "do not trust, work in a container",
     )
     parser.add_argument(
         "--screen",
@@ -151,8 +153,13 @@ def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
         given = options.parent
         parents = _scenes(given, options.manifest) if given else seeds
         requests = child_requests(parents, how)
-    most = options.max_requests or -(-CANDIDATES_PER_SCENE * options.count // how.n)
-    return islice(requests, most), [*seeds.values(), *parents.values()]
+    known = [*seeds.values(), *parents.values()]
+    return islice(requests, _most_requests(options)), known
+
+
+def _most_requests(options: argparse.Namespace) -> int:
+    most = -(-CANDIDATES_PER_SCENE * options.count // options.n)
+    return int(options.max_requests or most)
 
 
 def _scenes(names: list[str], manifest: Path | None) -> dict[str, Any]:
@@ -215,7 +222,7 @@ def _collect(
     from mpmworlds.builder.llm.proposals import Asker, Filter
     from mpmworlds.builder.llm.proposals import propose as proposals_of
 
-    asker = Asker(client, transcript)
+    asker = Asker(client, transcript, most=options.max_requests)
     chosen = Filter(_acceptor(options), disagreements, asker.tally)
     chosen.know(known)
     proposals: list[Any] = []
@@ -232,7 +239,8 @@ def _collect(
                 if len(proposals) == options.count:
                     break
     finally:
-        _write(options.out, proposals)
+        if proposals or not options.out.exists():  # else what is there is worth more
+            _write(options.out, proposals)
         if options.rejections:
             _write(options.rejections, chosen.rejected)
     return asker.tally
