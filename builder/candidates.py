@@ -110,6 +110,9 @@ def perturbation(profile: Profile, origin: Draft, sample: SampleId) -> Draft:
         rng = stream(profile.root_seed, "perturbation", str(sample), str(k))
         data = origin.full.to_data()
         record = perturb(rng, data)
+        if not record["jittered"]:
+            fault = "no object has room"
+            continue
         try:
             return _descendant(profile, origin, sample, "perturbation", data, record)
         except SceneError as error:

@@ -46,7 +46,10 @@ def add_object(rng: np.random.Generator, scene: Data, pool: Sequence[Data]) -> D
         give_material(rng, thing, str(rng.choice(present)))
     thing["visualization"] = {"color": free_color(rng, scene["objects"])}
     place(rng, scene, thing | {"name": f"object_{number}"})
-    return {"object": f"object_{number}", "object_type": thing["object_type"]}
+    record = {"object": f"object_{number}", "object_type": thing["object_type"]}
+    if is_matter(thing):
+        record["material"] = material_of(thing)
+    return record | {"shape": thing["shape"]["type"]}
 
 
 def remove_object(rng: np.random.Generator, scene: Data, pool: Sequence[Data]) -> Data:

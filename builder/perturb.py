@@ -12,7 +12,8 @@ from mpmworlds.sim.scene import Scene
 SHIFT = 0.04  # largest displacement of an object along an axis [m]
 TURN = 12.0  # largest turn [deg]
 RATIO = 1.2  # largest factor on lengths, motions and material parameters
-TRIES = 40  # jitters of an object tried before it is left as it is
+TRIES = 40  # jitters of an object tried at each of the extents
+EXTENTS = (1.0, 0.25)  # parts of the largest changes; then it is left as it is
 LENGTHS = (
     *("radius", "size", "semi_axes", "corner_radius", "length"),
     *("blade_length", "thickness", "opening_deg"),
@@ -35,7 +36,8 @@ def perturb(rng: np.random.Generator, scene: Data) -> Data:
     Places move by up to `SHIFT`, angles by up to `TURN`, and lengths, motions and
     material parameters change by a factor of up to `RATIO` either way. Colours,
     materials and the number of objects stay. Objects are jittered one after another,
-    each so that the scene stays valid; one that has no room stays as it is.
+    each so that the scene stays valid; one that has little room changes less, and one
+    that has none stays as it is.
     """
     valid, jittered = Scene.from_data(scene), []
     for i, thing in enumerate(scene["objects"]):
@@ -51,9 +53,9 @@ def _jitter_within(
     rng: np.random.Generator, scene: Scene, i: int, origin: Data
 ) -> tuple[Scene, Data] | None:
     """Jitter object i so that the scene stays valid; None if there is no room."""
-    for _ in range(TRIES):
+    for extent in sorted(TRIES * EXTENTS, reverse=True):
         thing = copy.deepcopy(origin)
-        _jitter(rng, thing)
+        _jitter(rng, thing, extent)
         try:
             return scene.with_object(i, thing), thing
         except SceneError:
@@ -61,14 +63,14 @@ def _jitter_within(
     return None
 
 
-def _jitter(rng: np.random.Generator, thing: Data) -> None:
+def _jitter(rng: np.random.Generator, thing: Data, extent: float) -> None:
     def moved(value: float, most: float, digits: int = 4) -> float:
-        return rounded(value + rng.uniform(-most, most), digits)
+        return rounded(value + extent * rng.uniform(-most, most), digits)
 
     def scaled(value: Any) -> Any:
         if isinstance(value, list):
             return [scaled(x) for x in value]
-        return rounded(value * RATIO ** rng.uniform(-1.0, 1.0))
+        return rounded(value * RATIO ** (extent * rng.uniform(-1.0, 1.0)))
 
     shape = thing["shape"]
     shape["center"] = [moved(x, SHIFT) for x in shape["center"]]

@@ -137,10 +137,10 @@ class Templates:
         for j, proposal in enumerate(self.profile.proposed_of(root.id), FIRST_PROPOSED):
             sample = SampleId(root.id.family, j)
             draws[sample] = self._only(sample, proposal, root)
-        siblings = [root.full]
+        siblings = [root]
         for sample, draw in draws.items():
             choice = self._first(sample, draw, siblings, ())
-            siblings.append(choice.draft.full)
+            siblings.append(choice.draft)
             yield choice
 
     def _child(self, root: Draft, sample: SampleId, pool: list[Data], k: int) -> Draft:
@@ -165,7 +165,7 @@ class Templates:
         self,
         sample: SampleId,
         draw: Callable[[int], Draft],
-        others: list[Scene],
+        others: list[Draft],
         not_draws: Collection[int],
     ) -> Choice:
         rejected: list[str] = []
@@ -186,9 +186,15 @@ class Templates:
             f"trial (last: {rejected[-1]}); choose other seeds"
         )
 
-    def _reason(self, draft: Draft, others: list[Scene]) -> str | None:
-        """Why a valid candidate is rejected."""
-        if is_near(draft.full, others, NEAR_SIBLINGS):
+    def _reason(self, draft: Draft, others: list[Draft]) -> str | None:
+        """Why a valid candidate is rejected.
+
+        Children of one root differ in their edits, because a modification that is held
+        out must not have been made in training.
+        """
+        if draft.edit in (other.edit for other in others):
+            return "same_edit"
+        if is_near(draft.full, [other.full for other in others], NEAR_SIBLINGS):
             return "near_duplicate"
         tried = ("parent",) if self.profile.screen == "parents" else ("parent", "child")
         if self.profile.screen == "none" or draft.kind not in tried:

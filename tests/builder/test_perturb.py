@@ -78,6 +78,31 @@ def test_perturbing_reaches_every_modulus_and_density():
     assert not kept & changed
 
 
+def test_an_object_with_little_room_changes_less(monkeypatch):
+    within = Scene.with_object
+
+    def refuse(scene, number, data):
+        there = scene.objects[number].shape.center
+        if (
+            max(abs(a - b) for a, b in zip(data["shape"]["center"], there, strict=True))
+            > SHIFT / 4
+        ):
+            raise SceneError("scene", ["no room"])
+        return within(scene, number, data)
+
+    monkeypatch.setattr("mpmworlds.builder.perturb.TRIES", 0)
+    scene = ZOO[1].to_data()
+    assert perturb(np.random.default_rng(0), copy.deepcopy(scene))["jittered"] == []
+    monkeypatch.setattr("mpmworlds.builder.perturb.TRIES", 40)
+    monkeypatch.setattr(Scene, "with_object", refuse)
+    jittered = [
+        perturb(np.random.default_rng(seed), copy.deepcopy(scene))["jittered"]
+        for seed in range(5)
+    ]
+    names = [thing["name"] for thing in scene["objects"]]
+    assert jittered == [names] * 5
+
+
 def test_objects_without_room_stay_as_they_are(monkeypatch):
     def refuse(scene, number, data):
         raise SceneError("scene", ["no room"])

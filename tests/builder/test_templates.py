@@ -133,6 +133,13 @@ def test_a_child_that_nearly_repeats_one_of_its_family_is_drawn_again(
     assert "near_duplicate" in {r for choice in choices for r in choice.rejected}
 
 
+def test_no_two_children_of_a_root_are_made_by_the_same_edit(root):
+    found = list(chosen(Screen(Known(PASSES)), children=Count(24)).children(root))
+    edits = [choice.draft.edit for choice in found]
+    assert len(set(edits)) == len(edits)
+    assert "same_edit" in {reason for choice in found for reason in choice.rejected}
+
+
 def test_children_take_what_is_added_from_the_seeds_of_their_root(root):
     kinds = {o["shape"]["type"] for n in root.seeds for o in seeds_data()[n]["objects"]}
     added = 0
