@@ -5,10 +5,12 @@ An expression compares columns with text and numbers, for example
 """
 
 import ast
+import json
 import operator
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import pairwise
 from typing import Any, Final
 
 from mpmworlds.builder.manifest import ManifestRow
@@ -16,12 +18,20 @@ from mpmworlds.splits.draw import draw
 
 Predicate = Callable[[ManifestRow], bool]
 
-SETS: Final = {
-    "material": "materials",
-    "object_type": "object_types",
-    "seed": "seeds",
+SETS: Final[dict[str, Callable[[ManifestRow], Collection[str]]]] = {
+    "material": operator.attrgetter("materials"),
+    "object_type": operator.attrgetter("object_types"),
+    "seed": lambda row: [*row.seeds, *(name.partition("_")[0] for name in row.seeds)],
 }
-TEXTS: Final = ("id", "kind", "split", "family_id", "parent_id")
+TEXTS: Final[dict[str, Callable[[ManifestRow], str]]] = {
+    "id": operator.attrgetter("id"),
+    "kind": operator.attrgetter("kind"),
+    "split": operator.attrgetter("split"),
+    "edit": lambda row: json.loads(row.edit)["operator"] if row.edit else "",
+    "family_id": operator.attrgetter("family_id"),
+    "parent_id": operator.attrgetter("parent_id"),
+}
+CLOSED: Final = (*SETS, "kind", "split", "edit")  # whose values are few and known
 NUMBERS: Final = ("num_objects", "num_materials")
 ALLOWED: Final = (
     f"allowed are the sets {', '.join(SETS)} (== contains, != does not, "
@@ -155,9 +165,9 @@ def _operand(node: ast.expr) -> _Operand:
 
 def _column(node: ast.expr, name: str) -> _Operand:
     if name in SETS:
-        return _Operand("set", operator.attrgetter(SETS[name]))
+        return _Operand("set", SETS[name])
     if name in TEXTS:
-        return _Operand("text", operator.attrgetter(name))
+        return _Operand("text", TEXTS[name])
     if name in NUMBERS:
         return _Operand("number", operator.attrgetter(name))
     near = get_close_matches(name, [*SETS, *TEXTS, *NUMBERS], 1)
@@ -174,6 +184,49 @@ def _literal(node: ast.expr) -> str | float:
             if isinstance(value, int | float) and not isinstance(value, bool):
                 return -value
     raise _Refused(node, f"{ast.unparse(node)} is no text, number or column")
+
+
+def check_values(expression: str, rows: Sequence[ManifestRow]) -> None:
+    """Refuse values that no row has, which are most likely misspelt.
+
+    Parameters
+    ----------
+    expression
+        An expression that `parse` takes.
+    rows
+        All rows.
+
+    Raises
+    ------
+    SelectionError
+        If it compares one of the columns `CLOSED` with such a value. Names those that
+        there are.
+    """
+    for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
+        if isinstance(node, ast.Compare):
+            sides = [node.left, *node.comparators]
+            for pair in pairwise(sides):
+                for name, other in (pair, pair[::-1]):
+                    if isinstance(name, ast.Name) and name.id in CLOSED:
+                        _check_value(name.id, other, rows)
+
+
+def _check_value(name: str, node: ast.expr, rows: Sequence[ManifestRow]) -> None:
+    texts = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
+    if not texts:
+        return
+    if name in SETS:
+        known = sorted({value for row in rows for value in SETS[name](row)})
+    else:
+        known = sorted({TEXTS[name](row) for row in rows})
+    for text in texts:
+        if text not in known:
+            near = get_close_matches(str(text), known, 1)
+            hint = f"perhaps {near[0]!r}; " if near else ""
+            raise SelectionError(
+                f"no row has {name} {text!r}; {hint}there are "
+                f"{', '.join(value for value in known if value)}"
+            )
 
 
 # ---- selections
@@ -225,6 +278,8 @@ def select(
         if number is not None and number < 1:
             raise SelectionError(f"{name} = {number}, must be at least 1")
     wanted, holds = set(ids), parse(where) if where is not None else lambda _: True
+    if where is not None:
+        check_values(where, rows)
     found = [
         row
         for row in rows

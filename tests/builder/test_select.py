@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mpmworlds.builder.manifest import read_manifest, recorded_manifest
 from mpmworlds.builder.select import SelectionError, parse, select
 
 
@@ -178,3 +179,33 @@ def test_unknown_split_lists_the_splits(rows):
 def test_a_number_that_is_not_positive_is_refused(name, rows):
     with pytest.raises(SelectionError, match=f"{name} = 0, must be at least 1"):
         select(rows, **{name: 0})
+
+
+@pytest.fixture(scope="module")
+def corpus_rows():
+    """Every tenth row of the corpus, all kinds among them."""
+    return read_manifest(recorded_manifest("full"))[::10]
+
+
+@pytest.mark.parametrize(
+    ("where", "message"),
+    [
+        ("split != 'tset'", "no row has split 'tset'; perhaps 'test'; there are"),
+        ("'Sand' == material", "no row has material 'Sand'; perhaps 'sand'; there are"),
+        ("kind in ['parent', 'seeds']", "no row has kind 'seeds'; perhaps 'seed'"),
+        ("not (num_objects > 1 and seed == 's6')", "no row has seed 's6'"),
+        ("edit == 'swap'", "no row has edit 'swap'"),
+    ],
+)
+def test_a_value_that_no_row_has_is_refused(where, message, corpus_rows):
+    with pytest.raises(SelectionError) as error:
+        select(corpus_rows, where=where)
+    assert message in str(error.value)
+
+
+def test_rows_are_found_by_their_edit_and_by_short_names_of_seeds(corpus_rows):
+    found = select(corpus_rows, where="edit == 'swap_material' and seed == 's06'")
+    assert found
+    for row in found:
+        assert '"operator": "swap_material"' in row.edit
+        assert "s06_slow_press" in row.seeds

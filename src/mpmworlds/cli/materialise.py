@@ -36,7 +36,7 @@ more examples:
 
 expressions:
   material, object_type, seed     sets: == contains, != does not, in [..] has one of
-  id, kind, split, family_id, parent_id            texts, in quotes
+  id, kind, split, edit, family_id, parent_id      texts in quotes: edit == 'add_object'
   num_objects, num_materials                       numbers
   < <= > >= == !=   in [..]   not in [..]   and   or   not   ( )
 
