@@ -164,7 +164,6 @@ def _stranger(out_dir: Path) -> str | None:
     entries = sorted(p.name for p in out_dir.iterdir()) if out_dir.is_dir() else []
     if not entries:
         return None
-    strangers: Iterable[str]
     if CHECKSUMS in entries:  # a release is finished
         known = read_checksums(out_dir)
         strangers = [name for name in files_below(out_dir) if name not in known]
@@ -172,7 +171,7 @@ def _stranger(out_dir: Path) -> str | None:
     else:  # one was begun
         known_entries = _PARTS if _NOTES in entries else ()
         strangers = [n for n in entries if n[0] != "." and n not in known_entries]
-    return next(iter(strangers), None)
+    return strangers[0] if strangers else None
 
 
 def _write_shards(

@@ -16,7 +16,6 @@ import pyarrow.parquet as pq
 
 from mpmworlds.builder.screen import Findings
 from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.sim.disk import disk_errors_named
 from mpmworlds.sim.journal import Journal
 
 RECORDED: Final = Path(str(files("mpmworlds.builder") / "recorded" / "trials.parquet"))
@@ -52,7 +51,7 @@ def append_journal(path: Path, found: dict[str, Findings]) -> None:
         If there is no room; the journal stays as it was.
     """
     lines = [json.dumps({"key": key} | asdict(f)) + "\n" for key, f in found.items()]
-    with disk_errors_named(path), Journal(path, wait=True) as journal:
+    with Journal(path, wait=True) as journal:
         journal.cut(journal.end())
         journal.append("".join(lines))
 

@@ -11,6 +11,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from mpmworlds.sim.disk import disk_errors_named
+
 
 class JournalBusyError(ValueError):
     """Another process is writing the file."""
@@ -30,12 +32,15 @@ class Journal:
     ------
     JournalBusyError
         If another process holds it and this one is not to wait.
+    DiskFullError
+        If there is no room for it.
     """
 
     def __init__(self, path: Path, *, wait: bool = False) -> None:
         self.path = path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._stream = path.open("a+b")
+        with disk_errors_named(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._stream = path.open("a+b")
         try:
             how = fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB)
             fcntl.flock(self._stream, how)
@@ -75,17 +80,18 @@ class Journal:
         return start + found + 1
 
     def append(self, text: str) -> None:
-        """Add whole lines; raises `OSError` and leaves the file as it was, or none."""
+        """Add whole lines, or none and raise `OSError`, `DiskFullError` for one."""
         end = self._stream.seek(0, os.SEEK_END)
         descriptor = self._stream.fileno()
         left = memoryview(text.encode())
-        try:
-            while left:
-                left = left[os.write(descriptor, left) :]
-            os.fsync(descriptor)
-        except OSError:
-            os.ftruncate(descriptor, end)
-            raise
+        with disk_errors_named(self.path):
+            try:
+                while left:
+                    left = left[os.write(descriptor, left) :]
+                os.fsync(descriptor)
+            except OSError:
+                os.ftruncate(descriptor, end)
+                raise
 
     def close(self) -> None:
         """Let go of the file."""

@@ -10,27 +10,23 @@ import pytest
 from mpmworlds.builder import candidates, templates
 from mpmworlds.builder.candidates import NoCandidateError
 from mpmworlds.builder.parts import NoRoomError
-from mpmworlds.builder.profile import Batch, Count, PlanError, Profile
+from mpmworlds.builder.profile import Batch, Count, PlanError
 from mpmworlds.builder.screen import Findings
 from mpmworlds.builder.templates import Screen, Templates, is_near
 from mpmworlds.sim.scene import Scene, SceneError
-from mpmworlds.splits.assign import SplitParams
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.similarity import config_distance, structure
+from tests.builder.plans import SMALL
 from tests.sim.scenes import seeds_data
 
-PROFILE = Profile(
+PROFILE = dataclasses.replace(
+    SMALL,
     root_seed=13,
-    seeds=("s02",),
     parents=(Batch(3, 35),),
     children=Count(2),
     root_perturbations=Count(0),
     child_perturbations=Count(0),
     screen="templates",
-    grid_resolution=64,
-    resolution=64,
-    duration_frames=5,
-    split=SplitParams("test", 0.4, 0.5),
 )
 SAMPLE, SEED = SampleId.parse("p0002"), SampleId.parse("s02")
 PASSES = Findings("ok", matter=99, travel=0.2, later=0.1)

@@ -14,6 +14,7 @@ LINES = ["alpha\n", "\n", "gamma delta\n"]
 FULL = """\
 import resource, sys
 from pathlib import Path
+from mpmworlds.sim.disk import DiskFullError
 from mpmworlds.sim.journal import Journal
 import signal
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -21,8 +22,8 @@ with Journal(Path(sys.argv[1])) as journal:
     resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20))
     try:
         journal.append("x" * 30 + "\\n")
-    except OSError as error:
-        print(error.strerror)
+    except DiskFullError as error:
+        print(error)
 """
 
 
@@ -69,7 +70,8 @@ def test_a_write_that_does_not_fit_leaves_the_file_as_it_was(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", FULL, path], capture_output=True, text=True, check=True
     )
-    assert done.stdout.strip() == "File too large"
+    assert "no room to write it (File too large)" in done.stdout
+    assert str(path) in done.stdout
     assert path.read_text() == "before\n"
     assert resource.getrlimit(resource.RLIMIT_FSIZE)[0] != 20
 
