@@ -1,12 +1,14 @@
 """Lists beside the splits: fixed evaluation samples, and small subsets of the corpus.
 
 Like the splits they are functions of the ids: samples by exponential keys, so that a
-larger subset contains every smaller one, and a larger corpus displaces few members.
+larger subset contains every smaller one, and a larger corpus displaces few members. The
+training samples of a subset begin with the roots of its modifications, so that what was
+modified has been seen there as well.
 """
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -37,7 +39,8 @@ class ListParams:
         Kind -> weight of a training sample of that kind in a subset. [1]
     subsets
         Name of a subset -> split -> number of samples. Those of the evaluation splits
-        are the first of the evaluation lists.
+        are the first of the evaluation lists; those of train, if there are any, begin
+        with the roots of the modifications.
     """
 
     salt: str
@@ -139,7 +142,7 @@ def compute_lists(
     ------
     ValueError
         If an id is not in the grammar or occurs twice, or a split has fewer samples
-        than are to be chosen from it.
+        than are to be chosen from it, or a subset fewer training samples than roots.
     """
     members = assign(ids, splits)
     if lists is None:
@@ -149,24 +152,49 @@ def compute_lists(
         n = lists.evaluation.get(split, 0)
         chosen[name] = _choose(name, members[split], split, n, lists)
     for subset, counts in lists.subsets.items():
-        for split in SPLITS:
-            name, n = f"{subset}_{split}", counts.get(split, 0)
-            chosen[name] = _choose(name, members[split], split, n, lists)
+        parts = {
+            split: _choose(
+                f"{subset}_{split}", members[split], split, counts.get(split, 0), lists
+            )
+            for split in EVALUATION
+        }
+        modified = parts["modification_validation"]
+        roots = {SampleId.parse(sample_id).family for sample_id in modified}
+        name, n = f"{subset}_train", counts.get("train", 0)
+        parts["train"] = _choose(name, members["train"], "train", n, lists, roots)
+        chosen |= {f"{subset}_{split}": parts[split] for split in SPLITS}
     return chosen
 
 
 def _choose(
-    name: str, ids: Sequence[str], split: str, n: int, params: ListParams
+    name: str,
+    ids: Sequence[str],
+    split: str,
+    n: int,
+    params: ListParams,
+    first: Collection[str] = (),
 ) -> list[str]:
-    """Sample a split: training samples by their weights, others evenly."""
+    """Sample a split: some first, then training samples by their weights, else evenly.
+
+    A subset without training samples needs no roots either.
+    """
+    if n == 0:
+        return []
+    others = [sample_id for sample_id in ids if sample_id not in first]
     if split == "train":
-        weights = {i: params.weights[SampleId.parse(i).kind] for i in ids}
+        weights = {i: params.weights[SampleId.parse(i).kind] for i in others}
     else:
-        weights = dict.fromkeys(ids, 1.0)
+        weights = dict.fromkeys(others, 1.0)
+    if n < len(first):
+        raise ValueError(
+            f"list {name!r}: of n = {n} samples, must be at least {len(first)} (the "
+            "parents of its modifications)"
+        )
     try:
-        return weighted_sample(ids, weights, n, params.salt)
+        more = weighted_sample(others, weights, n - len(first), params.salt)
     except ValueError as error:
         raise ValueError(f"list {name!r}: {error}") from None
+    return sorted([*first, *more])
 
 
 def _check_counts(what: str, counts: object, allowed: tuple[str, ...]) -> None:

@@ -28,10 +28,9 @@ from mpmworlds.splits.similarity import (
 )
 
 NEAR: Final = 0.05  # config distance below which a person calls two scenes alike
-SAME_VIEW: Final = 0.2  # first-frame distance below which they look alike
 PIXELS: Final = 64  # at which first frames are compared
 ROUNDING: Final = 1e-12
-KIN: Final = 0.02  # part of both at which a modification has changed next to nothing
+KIN: Final = 0.02  # part of it at which a modification has changed next to nothing
 
 
 class Template:
@@ -47,7 +46,7 @@ class Template:
 
     @cached_property
     def covered(self) -> Mask:
-        """What `view_distance` compares."""
+        """What the first-frame distance compares."""
         return covered(self.scene, PIXELS)
 
 
@@ -56,10 +55,10 @@ def near_findings(
 ) -> tuple[list[Finding], list[Finding]]:
     """Find templates of different splits that are nearly the same.
 
-    Two are near if they have the same structure, at most `near` of config distance and
-    at most `SAME_VIEW` of first-frame distance. A child in modification_validation is
-    meant to be near its own family in training; such kin are no problem unless both
-    distances are within the part `KIN` of these limits.
+    Two are near if they have the same structure and at most `near` of config distance;
+    how far apart their first frames are is told, for whoever looks at the pair. A child
+    in modification_validation is meant to be near its own family in training; such kin
+    are no problem unless they are within the part `KIN` of the limit.
 
     Parameters
     ----------
@@ -89,18 +88,17 @@ def near_findings(
         template = Template(SampleId.parse(record.id), record.split, scene)
         groups[structure(scene)].append(template)
     for name in sorted(groups):
-        for one, other, distance, view in _close_pairs(groups[name], near):
+        for one, other, distance in _close_pairs(groups[name], near):
             related = one.sample.family == other.sample.family
-            changed = distance > KIN * near or view > KIN * SAME_VIEW
-            finding = _finding(one, other, distance, view)
-            (kin if related and changed else problems).append(finding)
+            meant = related and distance > KIN * near
+            (kin if meant else problems).append(_finding(one, other, distance))
     return sorted(problems, key=_order), sorted(kin, key=_order)
 
 
 def _close_pairs(
     group: Sequence[Template], near: float
-) -> Iterator[tuple[Template, Template, float, float]]:
-    """Pairs of templates of two splits and one structure that are near, both ways.
+) -> Iterator[tuple[Template, Template, float]]:
+    """Pairs of templates of two splits and one structure that are near.
 
     Matching objects takes long, so it is done only where it decides: the mean
     difference of two signatures as they are is the most that the distance can be, and
@@ -117,14 +115,14 @@ def _close_pairs(
             least = np.abs(ranked - np.sort(one.numbers)).mean(axis=1)
             for i in np.flatnonzero(least <= near + ROUNDING):
                 other, distance = by_split[b][i], float(most[i])
-                view = view_distance(one.covered, other.covered)
-                if view <= SAME_VIEW and distance > near:
+                if distance > near:
                     distance = config_distance(one.scene, other.scene)
-                if view <= SAME_VIEW and distance <= near:
-                    yield one, other, distance, view
+                if distance <= near:
+                    yield one, other, distance
 
 
-def _finding(one: Template, other: Template, distance: float, view: float) -> Finding:
+def _finding(one: Template, other: Template, distance: float) -> Finding:
+    view = view_distance(one.covered, other.covered)
     detail = (
         f"in {one.split} and {other.split}, config distance {distance:.2g}, "
         f"first-frame distance {view:.2g}"

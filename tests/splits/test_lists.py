@@ -84,6 +84,25 @@ def test_subset_of_that_size_holds_the_evaluation_lists():
     assert CHOSEN["10k_modification_validation"] == CHOSEN["evaluation_modification"]
 
 
+@pytest.mark.parametrize("subset", ["10k", "mini"])
+def test_what_was_modified_is_among_the_training_samples(subset):
+    modified = CHOSEN[f"{subset}_modification_validation"]
+    roots = {SampleId.parse(sample_id).family for sample_id in modified}
+    assert len(roots) > 2
+    assert roots <= set(CHOSEN[f"{subset}_train"])
+
+
+def test_training_samples_that_do_not_hold_the_roots_are_an_error():
+    few = replace(LISTS, subsets={"mini": {"train": 2, "modification_validation": 5}})
+    with pytest.raises(ValueError, match="list 'mini_train': of n = 2 samples, must"):
+        compute_lists(IDS, SPLIT, few)
+
+
+def test_subset_may_have_no_training_samples():
+    held = replace(LISTS, subsets={"held": {"test": 3, "modification_validation": 5}})
+    assert compute_lists(IDS, SPLIT, held)["held_train"] == []
+
+
 def test_base_scenes_are_favoured_in_training_and_not_in_evaluation():
     def share(name):
         kinds = [SampleId.parse(i).kind for i in CHOSEN[name]]
@@ -126,7 +145,7 @@ def test_choice_is_pinned():
     """Another checksum would be another choice: a new version of the lists."""
     text = "\n".join(itertools.chain(*CHOSEN.values()))
     assert hashlib.sha256(text.encode()).hexdigest() == (
-        "c9f078423e99d1444fa0e597f06537e7de505b9476f9e778e4a38b87f3fb6caa"
+        "b9f9863bd2e2e481d708b6dce00024434ca5a407bd946d3eb9ad8f2fb21dbfec"
     )
 
 
