@@ -25,10 +25,13 @@ from mpmworlds.builder.features import (
 from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.statistics import count_scenes
 from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.splits.ids import SampleId
 
 FIELDS_MARK: Final = "<!-- fields -->"
 MATERIALS_MARK: Final = "<!-- materials -->"
 STATISTICS_MARK: Final = "<!-- statistics -->"
+LISTS_MARK: Final = "<!-- lists -->"
+CONFIG_MARK: Final = "<config>"
 
 _SIZE_CATEGORIES: Final = (
     (1_000, "n<1K"),
@@ -76,7 +79,10 @@ class ConfigSize:
 
 
 def card_text(
-    rows: Sequence[ManifestRow], sizes: Sequence[ConfigSize], version: str
+    rows: Sequence[ManifestRow],
+    sizes: Sequence[ConfigSize],
+    version: str,
+    lists: Mapping[str, Sequence[str]],
 ) -> str:
     """Return the README of a release.
 
@@ -88,10 +94,14 @@ def card_text(
         The configurations, the default one first.
     version
         Version of the data.
+    lists
+        Name -> ids of the lists that are published beside those of the splits.
     """
     body = files("mpmworlds").joinpath("dataset_card.md").read_text(encoding="utf-8")
     body = body.replace(FIELDS_MARK, fields_table())
     body = body.replace(MATERIALS_MARK, materials_table())
+    body = body.replace(LISTS_MARK, lists_text(lists))
+    body = body.replace(CONFIG_MARK, sizes[0].name)
     body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, version))
     return f"---\n{header(rows, sizes, version)}---\n\n{body}"
 
@@ -173,6 +183,30 @@ def materials_table() -> str:
         )
         lines.append(f"| `{name}` | {meaning} | {parameters} |")
     return "\n".join(lines)
+
+
+def lists_text(lists: Mapping[str, Sequence[str]]) -> str:
+    """Return what is chosen from the splits, as Markdown; "" for nothing."""
+    if not lists:
+        return ""
+    table = ["| list | samples | seeds and parents | children | perturbations |"]
+    table.append("|---|---|---|---|---|")
+    for name, ids in lists.items():
+        kinds = Counter(SampleId.parse(sample_id).kind for sample_id in ids)
+        roots = kinds["seed"] + kinds["parent"]
+        counts = (len(ids), roots, kinds["child"], kinds["perturbation"])
+        table.append(f"| `{name}` | {' | '.join(f'{n:,}' for n in counts)} |")
+    return "\n".join(
+        [
+            "Chosen from the splits, by salted SHA-256 as well, are samples to",
+            "evaluate on (`evaluation_*`) and smaller corpora. A smaller corpus holds",
+            "the first of the samples to evaluate on, and rather templates than",
+            "perturbations of the training samples; the seed or parent of each of its",
+            "modifications is among them.",
+            "",
+            *table,
+        ]
+    )
 
 
 def statistics_text(

@@ -10,6 +10,7 @@ from mpmworlds.splits.ids import SampleId
 
 SCREENS: Final = ("none", "parents", "templates")
 COUNTS: Final = ("children", "root_perturbations", "child_perturbations")
+NOT_PLANNED: Final = ("lists", "rows_per_shard")  # see splits.lists, builder.release
 FIRST_PROPOSED: Final = 500  # number of the first proposed child of a root
 
 
@@ -121,13 +122,14 @@ class Profile:
         start = f"params.yaml: profile {name!r}"
         try:
             fields: dict[str, Any] = dict(profiles[name])
-            fields.pop("lists", None)  # of subsets, see mpmworlds.splits.lists
+            for key in NOT_PLANNED:
+                fields.pop(key, None)
             fields |= {key: _count(key, fields[key]) for key in COUNTS}
             if path := fields.get("proposed_children"):
                 fields["proposed_children"] = read_proposals(Path(path))
             return cls(
                 split=SplitParams(**fields.pop("split")),
-                seeds=tuple(fields.pop("seeds")),
+                seeds=_seeds(fields.pop("seeds")),
                 parents=_batches(fields.pop("parents")),
                 root_seed=params["root_seed"],
                 **fields,
@@ -138,7 +140,10 @@ class Profile:
             raise PlanError(f"{start}: {error}") from None
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be a number of frames, or a screen."""
+        """Refuse what no scene can be planned with."""
+        _whole("root_seed", self.root_seed, 0)
+        _whole("grid_resolution", self.grid_resolution, 1)
+        _whole("resolution", self.resolution, 1)
         _whole("duration_frames", self.duration_frames, 1)
         if self.screen not in SCREENS:
             raise PlanError(
@@ -198,6 +203,12 @@ def sample_ids(profile: Profile) -> list[str]:
     return sorted(str(sample) for family in families for sample in family)
 
 
+def _seeds(data: Any) -> tuple[str, ...]:
+    if not isinstance(data, list) or not all(isinstance(name, str) for name in data):
+        raise PlanError(f"seeds = {data!r}, must be a list of ids such as [s00, s07]")
+    return tuple(data)
+
+
 def _batches(data: Any) -> tuple[Batch, ...]:
     if not isinstance(data, list) or not all(isinstance(b, dict) for b in data):
         raise PlanError(
@@ -223,5 +234,5 @@ def _count(name: str, data: Any) -> Count:
 
 
 def _whole(name: str, value: Any, least: int) -> None:
-    if not isinstance(value, int) or value < least:
+    if type(value) is not int or value < least:
         raise PlanError(f"{name} = {value!r}, must be a whole number >= {least}")

@@ -122,7 +122,8 @@ def build_release(
         written = _write_shards(plan, store, out_dir, workers)
         by_split = {s: [row.id for row in rows if row.split == s] for s in SPLITS}
         write_lists(out_dir / "splits", {**lists, **by_split})
-        card = card_text(rows, _sizes(plan, written), version)
+        chosen = {name: lists[name] for name in lists if name not in SPLITS}
+        card = card_text(rows, _sizes(plan, written), version, chosen)
         write_atomically(out_dir / "README.md", card.encode())
         write_checksums(out_dir)
         shutil.rmtree(notes)

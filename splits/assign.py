@@ -33,14 +33,14 @@ class SplitParams:
     modification_fraction: float
 
     def __post_init__(self) -> None:
-        if not self.salt or "\0" in self.salt:
+        if not isinstance(self.salt, str) or not self.salt or "\0" in self.salt:
             raise ValueError(
                 f"split salt = {self.salt!r}, must be a non-empty text without NUL"
             )
         for name in ("test_fraction", "modification_fraction"):
             value = getattr(self, name)
-            if not 0.0 <= value < 1.0:
-                raise ValueError(f"split {name} = {value}, must be in [0, 1)")
+            if not isinstance(value, int | float) or not 0.0 <= value < 1.0:
+                raise ValueError(f"split {name} = {value!r}, must be in [0, 1)")
 
 
 def split_of(sample_id: str, params: SplitParams) -> str:

@@ -68,6 +68,10 @@ def read_checksums(root: Path) -> dict[str, str]:
         If a line is no checksum line.
     """
     path = root / CHECKSUMS
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"{path}: is not there; name a folder that was built or downloaded whole"
+        )
     sums = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         match = _LINE.fullmatch(line)

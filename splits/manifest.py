@@ -9,6 +9,7 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
 from pathlib import Path
 
 from mpmworlds.sim.atomic import write_atomically
@@ -16,6 +17,7 @@ from mpmworlds.splits.assign import SPLITS, SplitParams
 from mpmworlds.splits.checksums import CHECKSUMS, ChecksumError, read_checksums
 from mpmworlds.splits.lists import ListParams, compute_lists
 
+RECORDED = files("mpmworlds.splits") / "recorded"  # lists of each profile
 _NAME = re.compile(r"[a-z0-9][a-z0-9_]*", re.ASCII)
 
 

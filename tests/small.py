@@ -16,7 +16,6 @@ from mpmworlds.cli import main
 PARAMS = {
     "version": "0.1.0",
     "root_seed": 1,
-    "rows_per_shard": 4,
     "profiles": {
         "tiny": {
             "seeds": ["s04"],
@@ -28,6 +27,7 @@ PARAMS = {
             "grid_resolution": 32,
             "resolution": 64,
             "duration_frames": 80,
+            "rows_per_shard": 4,
             "split": {
                 "salt": "tiny-1",
                 "test_fraction": 0.9,

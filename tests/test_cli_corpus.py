@@ -70,7 +70,7 @@ def test_unknown_profile_lists_the_profiles(verb, command, params, tmp_path):
         ({"children": -1}, "children = -1, must be a whole number >= 0"),
         ({"duration_frames": 0}, "duration_frames = 0, must be a whole number >= 1"),
         ({"seeds": ["s99"]}, "there is no seed 's99'; there are s00, s01"),
-        ({"seeds": 4}, "profile 'tiny': 'int' object is not iterable"),
+        ({"seeds": 4}, "profile 'tiny': seeds = 4, must be a list of ids"),
         ({"split": "salty"}, "profile 'tiny': "),
         ({"split": {"salt": "a"}}, "'test_fraction'"),
         ({"grid_resolution": 7}, "grid_resolution = 7, must be >= 32"),
@@ -91,8 +91,8 @@ def test_impossible_profile_is_wrong_input(change, message, command, params, tmp
     [
         ("profiles: [", "is not YAML"),
         ("- tiny", "must be a mapping with the key 'profiles'"),
-        ("profiles:", "profile 'tiny' is not in params.yaml; it has []"),
-        ("profiles: {tiny: }", "profile 'tiny': 'NoneType' object is not iterable"),
+        ("profiles: {}", "profile 'tiny' is not in params.yaml; it has []"),
+        ("profiles: {tiny: }", "'profiles', a mapping of names to mappings"),
         ("profiles: {tiny: {seeds: []}}", "'children' is missing; add it"),
     ],
 )
@@ -117,6 +117,48 @@ def test_recorded_splits_pass_their_own_check(command, small, tmp_path):
     assert command("splits", "--check", "--manifest", small.manifest, *options) == (
         checked
     )
+
+
+def test_lists_in_the_package_are_checked_anywhere(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = command("splits", "--check", "--config", "full")
+    assert (status, err) == (0, "")
+    assert "test 1" in out
+    assert out.endswith(", as computed\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_lists_are_written_where_one_says_only(command):
+    status, out, err = command("splits", "--config", "tiny")
+    assert (status, out) == (2, "")
+    assert "--dir: is missing; name the folder to write the lists to" in err
+
+
+@pytest.mark.parametrize("options", [["splits", "--check", "--dir"], ["verify"]])
+def test_folder_without_checksums_is_named(options, command, tmp_path):
+    status, out, err = command(*options, tmp_path)
+    assert (status, out) == (2, "")
+    assert f"{tmp_path / 'SHA256SUMS'}: is not there; name a folder that was" in err
+
+
+@pytest.mark.parametrize(
+    ("verb", "options"),
+    [("plan", ["--out", "m"]), ("splits", ["--check"]), ("stats", []), ("audit", [])],
+)
+def test_verbs_of_whole_profiles_refuse_a_subset(verb, options, command):
+    status, out, err = command(verb, "--config", "10k", *options)
+    assert (status, out) == (2, "")
+    assert "--config 10k: is a subset of 'full'" in err
+    assert err.endswith("say --config full\n")
+
+
+@pytest.mark.parametrize("profiles", [3, [1], {"tiny": 3}, None])
+def test_profiles_that_are_none_are_wrong_input(profiles, command, params, tmp_path):
+    path = params()
+    path.write_text(yaml.safe_dump({"profiles": profiles}))
+    status, out, err = command("plan", "--params", path, "--out", tmp_path / "m")
+    assert (status, out) == (2, "")
+    assert f"{path}: must be a mapping with the key 'profiles', a mapping of" in err
 
 
 LISTS = {
@@ -218,6 +260,9 @@ def test_a_build_of_a_subset_brings_all_lists_of_the_corpus(
     }
     folders = sorted(path.parent.name for path in out.glob("data/*/*.arrow"))
     assert folders == ["few", "recipes", "recipes"]
+    card = (out / "README.md").read_text()
+    assert "| `few_train` | 1 | 1 | 0 | 0 |" in card
+    assert 'load_dataset("mpmworlds", "few", split="test")' in card
     assert command("verify", out, "--resimulate", 0)[0] == 0
 
 
@@ -318,6 +363,18 @@ def test_impossible_selection_is_wrong_use(options, message, ask):
     assert message in err
 
 
+def test_to_render_everything_must_be_asked_for(command):
+    status, out, err = command("materialise")
+    assert (status, out) == (2, "")
+    assert "what to render? Name ids, select with --split" in err
+    assert "--config: full is all 95,805 scenes" in err
+
+
+def test_ids_alone_are_of_the_full_corpus(command):
+    asked = ["p0123-c4", "s07", "--list-ids"]
+    assert command("materialise", *asked) == (0, "p0123-c4\ns07\n", "")
+
+
 def test_corpus_without_a_recorded_manifest_says_what_to_do(command):
     status, out, err = command("materialise", "--config", "grand")
     assert (status, out) == (2, "")
@@ -415,8 +472,8 @@ def test_build_leaves_a_folder_of_something_else_alone(command, small, tmp_path)
     ("setting", "message"),
     [
         ({"version": 1}, "version = 1, must be of type str"),
-        ({"rows_per_shard": "x"}, "rows_per_shard = 'x', must be of type int"),
-        ({"rows_per_shard": 0}, "rows_per_shard = 0, must be at least 1"),
+        ({"profile": {"rows_per_shard": "x"}}, "'x', must be of type int"),
+        ({"profile": {"rows_per_shard": 0}}, "rows_per_shard = 0, must be at least 1"),
     ],
     ids=str,
 )

@@ -91,6 +91,12 @@ def test_profile_without_a_recorded_manifest_says_how_to_make_one(verb, command)
     assert "mpmworlds plan --config made_up --out FILE" in err
 
 
+def test_audit_of_a_manifest_must_know_its_splits(command, manifest):
+    status, out, err = command("audit", "--manifest", manifest)
+    assert (status, out) == (2, "")
+    assert "--config: is missing; name the profile whose splits" in err
+
+
 @pytest.mark.parametrize("verb", ["stats", "audit"])
 def test_help_shows_an_example(verb, capsys):
     with pytest.raises(SystemExit):

@@ -15,6 +15,7 @@ import pytest
 import yaml
 
 from mpmworlds.builder.manifest import read_manifest
+from mpmworlds.builder.profile import NOT_PLANNED
 from mpmworlds.cli import main
 from tests.small import PARAMS
 
@@ -130,6 +131,16 @@ def test_every_dependency_and_small_output_is_in_git():
     assert {"builder/recorded/tiny.jsonl", "splits/recorded/tiny"} <= held & generated
 
 
+def test_plans_depend_on_all_that_a_profile_says_of_them():
+    """Settings of lists and files are read later: they plan nothing anew."""
+    stages = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
+    profiles = yaml.safe_load((ROOT / "params.yaml").read_text())["profiles"]
+    for stage, name in (("plan", "tiny"), ("plan-full", "full")):
+        keys = [key for key in profiles[name] if key not in NOT_PLANNED]
+        expected = {"root_seed", *(f"profiles.{name}.{key}" for key in keys)}
+        assert set(stages[stage]["params"]) == expected
+
+
 def test_recorded_lists_and_hashes_are_those_of_the_plan(tmp_path, capsys):
     manifest = tmp_path / "manifest.parquet"
     assert main(["plan", "--config", "tiny", "--out", str(manifest)]) == 0
@@ -153,7 +164,7 @@ def test_change_reruns_the_stages_that_it_touches_and_no_other(checkout, small):
 
     # One row in each file before and after: the release is the same, so the scores are.
     release = checkout.read("release/mpmworlds/SHA256SUMS")
-    checkout.set("rows_per_shard: 4", "rows_per_shard: 1")
+    checkout.set("rows_per_shard: 4\n", "rows_per_shard: 1\n")
     assert checkout.repro() == ["build"]
     assert checkout.read("release/mpmworlds/SHA256SUMS") == release
 

@@ -9,7 +9,7 @@ from datasets.info import DatasetInfosDict
 from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCard
 
-from mpmworlds.builder.card import fields_table, materials_table
+from mpmworlds.builder.card import fields_table, lists_text, materials_table
 from mpmworlds.builder.features import RECIPE_COLUMNS, recipe_features, release_features
 from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.statistics import count_scenes
@@ -62,6 +62,24 @@ def test_the_text_says_whose_work_this_is_and_under_which_licence(card):
 
 def test_no_mark_is_left_unfilled(card):
     assert "<!--" not in card.content
+
+
+def test_the_examples_load_what_the_release_has(card):
+    examples = re.findall(r"load(?:_dataset)?\(([^)]*)\)", card.text)
+    names = {argument for e in examples for argument in re.findall(r'"(\w+)"', e)}
+    assert names == {"mpmworlds", "tiny", "recipes", "test", "train"}
+
+
+def test_the_table_of_lists_counts_their_kinds(card):
+    ids = ["s03", "p0001", "p0001-n00", "p0001-c2", "p0001-c2-n01", "p0001-c2-n02"]
+    text = lists_text({"10k_train": ids, "10k_test": []})
+    assert "| `10k_train` | 6 | 2 | 1 | 3 |" in text
+    assert text.endswith("| `10k_test` | 0 | 0 | 0 | 0 |")
+
+
+def test_a_release_without_lists_speaks_of_none(card):
+    assert lists_text({}) == ""
+    assert "evaluation_" not in card.text
 
 
 def test_the_table_explains_every_column():

@@ -43,6 +43,7 @@ def test_a_profile_holds_what_its_parameters_say():
 
 def test_lists_of_subsets_are_no_part_of_a_plan():
     assert profile_of(lists={"mini": 3}) == profile_of()
+    assert profile_of(rows_per_shard=9) == profile_of()
 
 
 @pytest.mark.parametrize(
@@ -63,6 +64,18 @@ def test_lists_of_subsets_are_no_part_of_a_plan():
         ({"parents": [{"count": 1}]}, "parents: seeds = 0, must be .* >= 2"),
         ({"parents": [{"count": 0, "proposals": "x"}]}, "count = 0, must be .* >= 1"),
         ({"duration_frames": 0}, "duration_frames = 0, must be a whole number >= 1"),
+        ({"resolution": "fine"}, "resolution = 'fine', must be a whole number >= 1"),
+        ({"grid_resolution": True}, "grid_resolution = True, must be a whole number"),
+        ({"seeds": 3}, r"seeds = 3, must be a list of ids such as \[s00, s07\]"),
+        ({"seeds": [1]}, r"seeds = \[1\], must be a list of ids"),
+        (
+            {"split": FIELDS["split"] | {"salt": 3}},
+            "salt = 3, must be a non-empty text",
+        ),
+        (
+            {"split": FIELDS["split"] | {"test_fraction": "x"}},
+            "test_fraction = 'x', mu",
+        ),
         ({"screen": "all"}, "screen = 'all', must be one of none, parents, templates"),
         ({"split": {"salt": "x"}}, "test_fraction"),
     ],

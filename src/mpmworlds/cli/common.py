@@ -23,13 +23,13 @@ def new_verb(verbs: Any, run: Callable[..., int], what: str, example: str) -> An
     return parser
 
 
-def add_corpus_options(parser: Any, *, store: bool) -> None:
+def add_corpus_options(
+    parser: Any, *, store: bool, default: str | None = "tiny"
+) -> None:
     """Add the options that say which corpus, and which store if there is one."""
-    parser.add_argument(
-        "--config",
-        default="tiny",
-        help="profile in params.yaml, or a subset of one (default tiny)",
-    )
+    what = "profile in params.yaml" + (", or a subset of one" if store else "")
+    told = f"default {default}" if default else "default, for a selection: full"
+    parser.add_argument("--config", default=default, help=f"{what} ({told})")
     parser.add_argument("--params", type=Path, help="another params.yaml")
     if store:
         parser.add_argument(
@@ -77,17 +77,21 @@ def read_params(options: argparse.Namespace) -> dict[str, Any]:
 
     path = options.params or files("mpmworlds").joinpath("params.yaml")
     try:
-        data = yaml.safe_load(read_text(path))
+        data: Any = yaml.safe_load(read_text(path))
     except yaml.YAMLError as error:
         raise ValueError(f"{path}: is not YAML ({error})") from None
-    if not isinstance(data, dict):
-        raise ValueError(f"{path}: must be a mapping with the key 'profiles'")
-    return data
+    if isinstance(data, dict) and isinstance(profiles := data.get("profiles"), dict):
+        if all(isinstance(profile, dict) for profile in profiles.values()):
+            return data
+    raise ValueError(
+        f"{path}: must be a mapping with the key 'profiles', a mapping of names to "
+        "mappings"
+    )
 
 
-def setting(params: dict[str, Any], name: str, kind: type) -> Any:
-    """A value at the top of params.yaml."""
-    value = params.get(name)
+def setting(data: dict[str, Any], name: str, kind: type) -> Any:
+    """A value of params.yaml, or of a profile in it."""
+    value = data.get(name)
     if not isinstance(value, kind):
         raise ValueError(
             f"params.yaml: {name} = {value!r}, must be of type {kind.__name__}"
@@ -99,7 +103,18 @@ def named_profile(options: argparse.Namespace) -> Any:
     """The profile that --config names."""
     from mpmworlds.builder.profile import Profile
 
-    return Profile.from_params(read_params(options), options.config)
+    params = read_params(options)
+    refuse_subset(params, options.config)
+    return Profile.from_params(params, options.config)
+
+
+def refuse_subset(params: dict[str, Any], config: str) -> None:
+    """Refuse the name of a subset, where a profile is meant."""
+    if whole := _whole_of(params, config):
+        raise ValueError(
+            f"--config {config}: is a subset of {whole!r}, which this verb takes as a "
+            f"whole; say --config {whole}"
+        )
 
 
 def named_subset(options: argparse.Namespace) -> tuple[str, set[str] | None]:
@@ -108,18 +123,28 @@ def named_subset(options: argparse.Namespace) -> tuple[str, set[str] | None]:
     from mpmworlds.splits.assign import SPLITS
     from mpmworlds.splits.lists import ListParams, compute_lists
 
-    params = read_params(options)
-    profiles = params.get("profiles") or {}
-    for name in sorted(profiles):
+    params, config = read_params(options), options.config
+    whole = _whole_of(params, config)
+    if whole is None:
+        return config, None
+    profile = Profile.from_params(params, whole)
+    lists = ListParams.from_params(params, whole)
+    chosen = compute_lists(sample_ids(profile), profile.split, lists)
+    parts = (chosen[f"{config}_{split}"] for split in SPLITS)
+    return whole, {sample for part in parts for sample in part}
+
+
+def _whole_of(params: dict[str, Any], config: str) -> str | None:
+    """Name of the profile that has a subset of this name, or None."""
+    from mpmworlds.splits.lists import ListParams
+
+    if config in params["profiles"]:
+        return None
+    for name in sorted(params["profiles"]):
         lists = ListParams.from_params(params, name)
-        if options.config in profiles or not lists:
-            continue
-        if options.config in lists.subsets:
-            profile = Profile.from_params(params, name)
-            chosen = compute_lists(sample_ids(profile), profile.split, lists)
-            parts = (chosen[f"{options.config}_{split}"] for split in SPLITS)
-            return name, {sample for part in parts for sample in part}
-    return options.config, None
+        if lists and config in lists.subsets:
+            return str(name)
+    return None
 
 
 def named_lists(options: argparse.Namespace) -> Any:

@@ -71,12 +71,14 @@ def add_splits(verbs: Any) -> None:
         verbs,
         splits,
         "record the splits, evaluation lists and subsets of a corpus, or check them",
-        "mpmworlds splits --check --dir splits/recorded/tiny",
+        "mpmworlds splits --check --config full",
     )
     add_corpus_options(parser, store=False)
     parser.add_argument("--manifest", type=Path, help="its ids; planned anew if absent")
     parser.add_argument(
-        "--dir", type=Path, help="recorded lists (default splits/recorded/CONFIG)"
+        "--dir",
+        type=Path,
+        help="folder of the lists (default, with --check: those in the package)",
     )
     parser.add_argument(
         "--check", action="store_true", help="recompute and compare, write nothing"
@@ -91,7 +93,7 @@ def splits(options: argparse.Namespace) -> int:
     from mpmworlds.splits.manifest import check, read_lists, write_lists
 
     profile, lists = named_profile(options), named_lists(options)
-    folder = options.dir or Path("splits/recorded") / options.config
+    folder = options.dir or _recorded_lists(options)
     if options.manifest:
         ids = read_table(options.manifest, ["id"])["id"].to_pylist()
     else:
@@ -105,6 +107,15 @@ def splits(options: argparse.Namespace) -> int:
     write_lists(folder, computed)
     print(f"{folder}: {_sizes(computed)}")
     return DONE
+
+
+def _recorded_lists(options: argparse.Namespace) -> Path:
+    """Folder of the lists that come with the package."""
+    from mpmworlds.splits.manifest import RECORDED
+
+    if not options.check:
+        raise ValueError("--dir: is missing; name the folder to write the lists to")
+    return Path(RECORDED / options.config)
 
 
 def _sizes(lists: Any) -> str:
@@ -134,13 +145,14 @@ def build(options: argparse.Namespace) -> int:
 
     params, store = read_params(options), Store(options.store)
     version = setting(params, "version", str)
-    rows_per_shard = setting(params, "rows_per_shard", int)
     profile, ids = named_subset(options)
     manifest = options.manifest or _manifest(options, profile)
     rows = read_manifest(manifest)
+    planned = Profile.from_params(params, profile)
+    rows_per_shard = setting(params["profiles"][profile], "rows_per_shard", int)
     lists = compute_lists(
         [row.id for row in rows],
-        Profile.from_params(params, profile).split,
+        planned.split,
         ListParams.from_params(params, profile),
     )
     rows = [row for row in rows if ids is None or row.id in ids]

@@ -11,6 +11,8 @@ from mpmworlds.cli.common import (
     DONE,
     named_profile,
     new_verb,
+    read_params,
+    refuse_subset,
     say,
 )
 
@@ -21,8 +23,9 @@ def _add_which(parser: Any) -> None:
         "--manifest", type=Path, help="default: the recorded one of the profile"
     )
     parser.add_argument(
-        "--config", default="full", help="profile in params.yaml (default full)"
+        "--config", help="profile in params.yaml (default, without --manifest: full)"
     )
+    parser.add_argument("--params", type=Path, help="another params.yaml")
 
 
 def _manifest(options: argparse.Namespace) -> Path:
@@ -31,6 +34,8 @@ def _manifest(options: argparse.Namespace) -> Path:
 
     if options.manifest:
         return Path(options.manifest)
+    options.config = options.config or "full"
+    refuse_subset(read_params(options), options.config)
     return recorded_manifest(options.config)
 
 
@@ -96,7 +101,6 @@ def add_audit(verbs: Any) -> None:
         "mpmworlds audit --config tiny --manifest work/tiny/manifest.parquet",
     )
     _add_which(parser)
-    parser.add_argument("--params", type=Path, help="another params.yaml")
     parser.add_argument(
         "--near",
         type=float,
@@ -113,7 +117,12 @@ def audit(options: argparse.Namespace) -> int:
     from mpmworlds.splits.finding import Record
     from mpmworlds.splits.near import NEAR
 
-    manifest, params = _manifest(options), named_profile(options).split
+    manifest = _manifest(options)
+    if not options.config:
+        raise ValueError(
+            "--config: is missing; name the profile whose splits the manifest has"
+        )
+    params = named_profile(options).split
     table = read_table(manifest, Record._fields)
     columns = [table[name].to_pylist() for name in Record._fields]
     near = NEAR if options.near is None else options.near

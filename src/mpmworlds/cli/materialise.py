@@ -18,6 +18,7 @@ from mpmworlds.cli.common import (
 )
 
 FAILURES = "failures.jsonl"
+SELECTION = ("split", "kind", "where", "sample", "limit")
 MORE = """
 A row is rendered if it satisfies all options of the selection.
 What is in the store is never rendered again, so the same command goes on where it was
@@ -25,14 +26,14 @@ stopped, and several may work on one store at once.
 
 more examples:
   two samples of the full corpus:
-    mpmworlds materialise p0123 p0123-c4-n07 --config full
+    mpmworlds materialise p0123 p0123-c4-n07
   how long 500 scenes with sand and something else would take, and how many bytes:
-    mpmworlds materialise --config full --split train \\
-      --where "material == 'sand' and num_materials > 1" --sample 500 --dry-run
+    mpmworlds materialise --split train --sample 500 --dry-run \\
+      --where "material == 'sand' and num_materials > 1"
   all of a small subset of the full corpus:
     mpmworlds materialise --config mini
   the samples of a list, on the Ray cluster that this machine is part of:
-    mpmworlds materialise --config full --ids test.txt --ray auto
+    mpmworlds materialise --ids test.txt --ray auto
 
 expressions:
   material, object_type, seed     sets: == contains, != does not, in [..] has one of
@@ -52,11 +53,11 @@ def add_materialise(verbs: Any) -> None:
         verbs,
         materialise,
         "render the scenes of a manifest into the store, resumably",
-        "mpmworlds materialise --manifest work/tiny/manifest.parquet",
+        "mpmworlds materialise p0123-c4",
     )
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog += f"\n{MORE}"
-    add_corpus_options(parser, store=True)
+    add_corpus_options(parser, store=True, default=None)
     parser.add_argument(
         "--manifest", type=Path, help="all rows (default: the recorded ones of CONFIG)"
     )
@@ -122,6 +123,13 @@ def _read_rows(options: argparse.Namespace) -> Any:
     """All rows of the manifest that is named, or recorded."""
     from mpmworlds.builder.manifest import read_manifest, recorded_manifest
 
+    asked = ("manifest", "id", "ids", *SELECTION, "list_ids", "dry_run")
+    if not options.config and not any(getattr(options, name) for name in asked):
+        raise ValueError(
+            "what to render? Name ids, select with --split, --kind, --where or "
+            "--sample, or say --config: full is all 95,805 scenes, weeks of many cores"
+        )
+    options.config = options.config or "full"
     profile, ids = named_subset(options)
     if options.params and not options.manifest:
         raise ValueError(
@@ -139,8 +147,7 @@ def _select(rows: Any, options: argparse.Namespace) -> Any:
     ids = [*options.id, *(read_text(options.ids).split() if options.ids else ())]
     if options.ids and not ids:
         raise ValueError(f"{options.ids}: holds no ids, must have one a line")
-    names = ("split", "kind", "where", "sample", "limit")
-    chosen = select(rows, ids, **{name: getattr(options, name) for name in names})
+    chosen = select(rows, ids, **{name: getattr(options, name) for name in SELECTION})
     if rows and not chosen:
         raise ValueError(f"none of the {len(rows)} rows satisfies all that is asked")
     return chosen

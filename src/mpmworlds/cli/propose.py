@@ -91,7 +91,10 @@ def _add_request_options(parser: Any) -> None:
         "--attempts", type=int, default=6, help="per request (default 6)"
     )
     parser.add_argument(
-        "--timeout", type=float, default=300.0, help="of an attempt [s] (default 300)"
+        "--timeout",
+        type=float,
+        default=300.0,
+        help="longest silence of the server [s] (default 300)",
     )
     for way, what in (("in", "prompts"), ("out", "completions")):
         parser.add_argument(
