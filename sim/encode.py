@@ -7,9 +7,7 @@ and it still plays in browsers and decodes with OpenCV alone.
 
 import hashlib
 import io
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, Final
 
 import av
@@ -19,6 +17,7 @@ import numpy.typing as npt
 from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
 from mpmworlds.sim.palette import BACKGROUND, name_of, nearest
+from mpmworlds.sim.scratch import Scratch
 
 Frames = npt.NDArray[np.uint8]
 
@@ -90,8 +89,8 @@ def encode_unchecked(frames: Frames, framerate: int) -> bytes:
         An MP4 file; colours outside the palette may come back changed by up to 2.
     """
     # The index can be moved to the front only in a file that is read back.
-    with tempfile.TemporaryDirectory(prefix="mpmworlds-") as folder:
-        path = Path(folder) / "clip.mp4"
+    with Scratch() as scratch:
+        path = scratch.path / "clip.mp4"
         options = {"movflags": "+faststart", "fflags": "+bitexact"}
         with av.open(str(path), "w", format="mp4", options=options) as container:
             stream = container.add_stream("libx264", rate=framerate, options=X264)

@@ -12,7 +12,6 @@ import select
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -24,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpmworlds.sim.child import CAST, HEADER, REPORT, STATE
+from mpmworlds.sim.scratch import Scratch
 from mpmworlds.sim.states import Recording, States
 
 Status = Literal[
@@ -109,10 +109,10 @@ def run(
         Never raises for anything that the program does.
     """
     start = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="mpmworlds-") as scratch:
-        path = Path(scratch) / "program.py"
+    with Scratch() as scratch:
+        path = scratch.path / "program.py"
         path.write_text(program_text, "utf-8", "surrogatepass")
-        log = Path(scratch) / "log"
+        log = scratch.path / "log"
         received = Received()
         limits = [max_frames or 0, memory, int(states)]
         status, message = _supervise(path, log, received, limits, start + timeout)

@@ -28,6 +28,7 @@ from mpmworlds.sim.run import (
     environment,
     read_pipe,
 )
+from mpmworlds.sim.scratch import Scratch
 
 SHARING = 64  # programs that share kernels; more would be slower to look up
 GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
@@ -44,9 +45,9 @@ class WarmStart:
 
     def __init__(self, memory: int = MEMORY) -> None:
         self._memory = memory
-        self._scratch = tempfile.TemporaryDirectory(prefix="mpmworlds-")
-        self._kernels = Path(self._scratch.name) / "kernels"
-        self._log = Path(self._scratch.name) / "log"
+        self._scratch = Scratch()
+        self._kernels = self._scratch.path / "kernels"
+        self._log = self._scratch.path / "log"
         self._sharing = 0
         self._start()
 
@@ -63,7 +64,7 @@ class WarmStart:
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 pass_fds=[other.fileno()],
-                env=environment(Path(self._scratch.name)),
+                env=environment(self._scratch.path),
                 start_new_session=True,
             )
 
@@ -94,7 +95,7 @@ class WarmStart:
             If the process that is kept dies, and also the one that takes its place.
         """
         start = time.monotonic()
-        with tempfile.TemporaryDirectory(dir=self._scratch.name) as folder:
+        with tempfile.TemporaryDirectory(dir=self._scratch.path) as folder:
             path, log = Path(folder) / "program.py", Path(folder) / "log"
             path.write_text(program_text, "utf-8")
             received = Received()
@@ -159,7 +160,7 @@ class WarmStart:
     def close(self) -> None:
         """End the process that is kept."""
         self._stop()
-        self._scratch.cleanup()
+        self._scratch.close()
 
     def __enter__(self) -> "WarmStart":
         """Return itself."""

@@ -1,6 +1,7 @@
 """The verbs that plan, split, render and release a corpus."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -9,6 +10,7 @@ import yaml
 from mpmworlds.builder import manifest, materialise
 from mpmworlds.builder.manifest import read_manifest, write_manifest
 from mpmworlds.builder.materialise import Failure, Materialised
+from mpmworlds.sim.locks import hold
 from mpmworlds.splits.checksums import files_below
 from mpmworlds.splits.manifest import read_lists
 from tests.small import IDS, PARAMS
@@ -455,6 +457,23 @@ def test_a_cluster_renders_the_same_bits(command, small, tmp_path):
     assert {n: (store / n).read_bytes() for n in entries} == {
         n: (small.store / n).read_bytes() for n in entries
     }
+
+
+def test_runs_on_one_store_have_a_file_of_failures_each(command, small, tmp_path):
+    store = tmp_path / "store"
+    shutil.copytree(small.store, store)
+    (store / "failures.jsonl").write_text("of the other run\n")
+    options = ["--manifest", small.manifest, "--store", store]
+    with hold(store / ".failures.jsonl.lock"):
+        assert command("materialise", *options)[0] == 0
+        assert (store / "failures.jsonl").read_text() == "of the other run\n"
+        assert (store / "failures-2.jsonl").read_text() == ""
+        named = ["--failures", store / "failures.jsonl"]
+        status, _, err = command("materialise", *options, *named)
+        assert (status, "another run writes it; name another" in err) == (2, True)
+    assert command("materialise", *options)[0] == 0
+    assert (store / "failures.jsonl").read_text() == ""
+    assert not list(store.glob(".*.lock"))
 
 
 def test_build_leaves_a_folder_of_something_else_alone(command, small, tmp_path):

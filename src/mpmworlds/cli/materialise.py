@@ -3,6 +3,9 @@
 import argparse
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -65,8 +68,8 @@ def add_materialise(verbs: Any) -> None:
     parser.add_argument(
         "--failures",
         type=Path,
-        help=f"record failures here (default STORE/{FAILURES}); runs that share a "
-        "store need one each",
+        help=f"record failures here (default STORE/{FAILURES}, or the next number that "
+        "no other run is writing)",
     )
     parser.add_argument(
         "--record", type=Path, help="write the hashes of all videos here (.jsonl)"
@@ -110,8 +113,7 @@ def materialise(options: argparse.Namespace) -> int:
         return DONE
     if options.dry_run:
         return _foretell(rows, chosen, store, options)
-    failures = options.failures or store.root / FAILURES
-    done = render_rows(chosen, store, options.workers, options.ray, failures)
+    done = render_rows(chosen, store, options.workers, options.ray, options.failures)
     if options.record and not done.failures:
         write_record(options.record, chosen, store)
     if options.json:
@@ -161,9 +163,11 @@ def render_rows(
     from mpmworlds.builder.materialise import materialise as render
     from mpmworlds.builder.render import render_row
 
-    failures = failures or store.root / FAILURES
-    with open_executor(render_row, workers, ray) as executor:
-        done = render(rows, store, failures, executor)
+    with (
+        _failures_file(store.root, failures) as path,
+        open_executor(render_row, workers, ray) as executor,
+    ):
+        done = render(rows, store, path, executor)
     say(
         f"{store.root}: {done.rendered} rendered, {done.reused} there before, "
         f"{len(done.failures)} failed"
@@ -177,8 +181,24 @@ def render_rows(
     for kind, found in done.failures_by_kind().items():
         say(f"{kind}: {len(found)} failed, such as {found[0].id}: {found[0].reason}")
     if done.failures:
-        say(f"{failures}: names them all")
+        say(f"{path}: names them all")
     return done
+
+
+@contextmanager
+def _failures_file(store: Path, named: Path | None) -> Iterator[Path]:
+    """A file that no other run writes its failures to."""
+    from mpmworlds.sim.locks import hold
+
+    numbered = (store / f"failures-{number}.jsonl" for number in count(2))
+    for path in (named,) if named else chain((store / FAILURES,), numbered):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock = hold(path.with_name(f".{path.name}.lock"))
+        if lock is not None:
+            with lock:
+                yield path
+            return
+    raise ValueError(f"--failures {named}: another run writes it; name another file")
 
 
 def _foretell(rows: Any, chosen: Any, store: Any, options: argparse.Namespace) -> int:
