@@ -11,10 +11,10 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from mpmworlds.metrics import VERSION, Row, definition
+from mpmworlds.sim.closing import Closing
 from mpmworlds.sim.journal import Journal, JournalBusyError
 
 log = logging.getLogger(__name__)
@@ -162,7 +162,7 @@ def _hold_to(
             )
 
 
-class ResultsFile:
+class ResultsFile(Closing):
     """A results file open for going on with, held by one process at a time.
 
     Parameters
@@ -193,15 +193,8 @@ class ResultsFile:
             self._journal.close()
             raise
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Let go of the file."""
         self._journal.close()
 
     def get(self, sample_id: str) -> list[Result] | None:

@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -20,8 +20,9 @@ from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.process import BaseProcess
-from types import TracebackType
-from typing import Any, Final, Generic, Self, TypeVar
+from typing import Any, Final, Generic, TypeVar
+
+from mpmworlds.sim.closing import Closing
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -42,7 +43,7 @@ class Lost:
     reason: str
 
 
-class Executor(ABC, Generic[T, R]):
+class Executor(Closing, Generic[T, R]):
     """Carries out a function; a context, at whose end all its processes end."""
 
     @property
@@ -72,19 +73,6 @@ class Executor(ABC, Generic[T, R]):
     @abstractmethod
     def close(self) -> None:
         """End all processes, also those at work."""
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Close."""
-        self.close()
 
 
 def open_executor(

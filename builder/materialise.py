@@ -189,7 +189,7 @@ class _Run(Generic[T]):
                 yield from self._end(POLL if self._elsewhere else None)
         finally:
             for claim in self._claims.values():
-                claim.release()
+                claim.close()
 
     def _start(self, tasks: Iterable[T]) -> Iterator[_Reused | Timing | Failure]:
         """Start tasks as there is room, but for those that are done or claimed."""
@@ -200,7 +200,7 @@ class _Run(Generic[T]):
                 continue
             self._claims[task.id] = claim
             if self._store.get(task.program_sha256):
-                self._claims.pop(task.id).release()
+                self._claims.pop(task.id).close()
                 yield _Reused()
                 continue
             self._submit(task)
@@ -224,7 +224,7 @@ class _Run(Generic[T]):
                 outcome = Failure(task.id, f"lost: {result.reason}", attempts)
             else:
                 outcome = Failure(task.id, result.reason, attempts)
-            self._claims.pop(task.id).release()
+            self._claims.pop(task.id).close()
             yield outcome
 
     def _keep(self, task: T, result: Rendered) -> Timing:

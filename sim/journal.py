@@ -8,9 +8,8 @@ import fcntl
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
+from mpmworlds.sim.closing import Closing
 from mpmworlds.sim.disk import disk_errors_named
 
 
@@ -18,7 +17,7 @@ class JournalBusyError(ValueError):
     """Another process is writing the file."""
 
 
-class Journal:
+class Journal(Closing):
     """A file of lines open for going on with, held by one process at a time.
 
     Parameters
@@ -96,16 +95,3 @@ class Journal:
     def close(self) -> None:
         """Let go of the file."""
         self._stream.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Let go of the file."""
-        self.close()

@@ -11,10 +11,11 @@ still stands for that file: a previous holder may have removed it just before.
 import fcntl
 import os
 from pathlib import Path
-from types import TracebackType
+
+from mpmworlds.sim.closing import Closing
 
 
-class Hold:
+class Hold(Closing):
     """A held file; made by ``hold``.
 
     Attributes
@@ -29,25 +30,12 @@ class Hold:
         self.path = path
         self.descriptor = descriptor
 
-    def release(self) -> None:
+    def close(self) -> None:
         """Remove the file, if it still has its name, and let go of it."""
         try:
             self.path.unlink(missing_ok=True)
         finally:
             os.close(self.descriptor)
-
-    def __enter__(self) -> "Hold":
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Release."""
-        self.release()
 
 
 def hold(path: Path, *, create: bool = True) -> Hold | None:
@@ -119,5 +107,5 @@ def remove_abandoned(path: Path) -> bool:
         return False
     if held is None:
         return False
-    held.release()
+    held.close()
     return True

@@ -7,16 +7,16 @@ removes those whose makers are gone.
 import shutil
 import tempfile
 from pathlib import Path
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
+from mpmworlds.sim.closing import Closing
 from mpmworlds.sim.locks import Hold, hold
 
 PREFIX: Final = "mpmworlds-"
 _HELD: Final = ".held"
 
 
-class Scratch:
+class Scratch(Closing):
     """A new folder, removed when it is closed.
 
     Attributes
@@ -36,20 +36,7 @@ class Scratch:
         try:
             self._folder.cleanup()
         finally:
-            self._hold.release()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Remove the folder."""
-        self.close()
+            self._hold.close()
 
 
 def _held(folder: Path) -> Hold:
@@ -71,4 +58,4 @@ def _remove_abandoned() -> None:
             continue
         if held is not None:
             shutil.rmtree(folder, ignore_errors=True)
-            held.release()
+            held.close()

@@ -16,8 +16,8 @@ import time
 from contextlib import suppress
 from importlib.resources import as_file, files
 from pathlib import Path
-from types import TracebackType
 
+from mpmworlds.sim.closing import Closing
 from mpmworlds.sim.run import (
     MEMORY,
     TAIL,
@@ -34,7 +34,7 @@ SHARING = 64  # programs that share kernels; more would be slower to look up
 GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
 
 
-class WarmStart:
+class WarmStart(Closing):
     """Forks programs from a process that is kept.
 
     Parameters
@@ -161,19 +161,6 @@ class WarmStart:
         """End the process that is kept."""
         self._stop()
         self._scratch.close()
-
-    def __enter__(self) -> "WarmStart":
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Close."""
-        self.close()
 
 
 def _says_goodbye(pipe: int) -> bool:

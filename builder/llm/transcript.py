@@ -8,9 +8,9 @@ import json
 import logging
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
+from mpmworlds.sim.closing import Closing
 from mpmworlds.sim.journal import Journal, JournalBusyError
 
 log = logging.getLogger(__name__)
@@ -42,7 +42,7 @@ class Exchange:
     retries: int
 
 
-class Transcript:
+class Transcript(Closing):
     """A transcript open for going on with, held by one process at a time.
 
     Parameters
@@ -70,15 +70,8 @@ class Transcript:
             self._journal.close()
             raise
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Let go of the file."""
         self._journal.close()
 
     def __len__(self) -> int:

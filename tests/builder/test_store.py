@@ -192,7 +192,7 @@ def test_a_claim_is_given_once_and_leaves_no_file(sample, tmp_path):
     assert end_of(lambda: os._exit(store.claim(key) is None)) == 1
     with store.claim("0" * 64):
         assert len(files_of(store)) == 2
-    claim.release()
+    claim.close()
     assert files_of(store) == []
     with store.claim(key) as again:
         assert again is not None

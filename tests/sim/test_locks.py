@@ -14,7 +14,7 @@ def test_a_file_is_held_by_one_at_a_time(tmp_path):
     first = hold(path)
     assert hold(path) is None
     assert not remove_abandoned(path)
-    first.release()
+    first.close()
     assert not path.exists()
     with hold(path):
         assert path.exists()
