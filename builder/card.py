@@ -26,12 +26,14 @@ from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.statistics import count_scenes
 from mpmworlds.sim.materials import MATERIALS
 from mpmworlds.splits.ids import SampleId
+from mpmworlds.splits.lists import EVALUATION
 
 FIELDS_MARK: Final = "<!-- fields -->"
 MATERIALS_MARK: Final = "<!-- materials -->"
 STATISTICS_MARK: Final = "<!-- statistics -->"
 LISTS_MARK: Final = "<!-- lists -->"
 CONFIG_MARK: Final = "<config>"
+SPLIT_MARK: Final = "<split>"
 
 _SIZE_CATEGORIES: Final = (
     (1_000, "n<1K"),
@@ -101,7 +103,9 @@ def card_text(
     body = body.replace(FIELDS_MARK, fields_table())
     body = body.replace(MATERIALS_MARK, materials_table())
     body = body.replace(LISTS_MARK, lists_text(lists))
+    splits = list(sizes[0].rows)
     body = body.replace(CONFIG_MARK, sizes[0].name)
+    body = body.replace(SPLIT_MARK, "test" if "test" in splits else splits[0])
     body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, version))
     return f"---\n{header(rows, sizes, version)}---\n\n{body}"
 
@@ -185,10 +189,25 @@ def materials_table() -> str:
     return "\n".join(lines)
 
 
+_SUBSETS: Final = (
+    "The other lists are smaller corpora, one list for each split. Those of the",
+    "splits to evaluate on are the first of the fixed samples. Training samples",
+    "begin with the seeds and parents of the modifications; the rest is drawn, seeds",
+    "and parents with the highest weight and perturbations with the lowest.",
+)
+
+
 def lists_text(lists: Mapping[str, Sequence[str]]) -> str:
-    """Return what is chosen from the splits, as Markdown; "" for nothing."""
+    """Return what is chosen from the splits, as Markdown; "" for nothing.
+
+    Parameters
+    ----------
+    lists
+        Name -> ids, as `mpmworlds.splits.lists.compute_lists` names them.
+    """
     if not lists:
         return ""
+    subsets = any(name not in EVALUATION.values() for name in lists)
     table = ["| list | samples | seeds and parents | children | perturbations |"]
     table.append("|---|---|---|---|---|")
     for name, ids in lists.items():
@@ -198,11 +217,9 @@ def lists_text(lists: Mapping[str, Sequence[str]]) -> str:
         table.append(f"| `{name}` | {' | '.join(f'{n:,}' for n in counts)} |")
     return "\n".join(
         [
-            "Chosen from the splits, by salted SHA-256 as well, are samples to",
-            "evaluate on (`evaluation_*`) and smaller corpora. A smaller corpus holds",
-            "the first of the samples to evaluate on, and rather templates than",
-            "perturbations of the training samples; the seed or parent of each of its",
-            "modifications is among them.",
+            "Chosen from the splits, by salted SHA-256 as well, are fixed samples to",
+            "evaluate on, `evaluation_*`.",
+            *(_SUBSETS if subsets else ()),
             "",
             *table,
         ]

@@ -1,9 +1,10 @@
 """Scratch folders that go with the process that made them, however it ends.
 
 A process that is killed cannot tidy up, so the next one that makes a scratch folder
-removes those whose makers are gone.
+removes those whose makers are gone: nobody holds the file beside them any more.
 """
 
+import os
 import shutil
 import tempfile
 from pathlib import Path
@@ -26,36 +27,40 @@ class Scratch(Closing):
     """
 
     def __init__(self) -> None:
-        _remove_abandoned()
-        self._folder = tempfile.TemporaryDirectory(prefix=PREFIX)
-        self.path = Path(self._folder.name)
-        self._hold = _held(self.path)
+        parent = Path(tempfile.gettempdir())
+        _remove_abandoned(parent)
+        self._hold, self.path = _held_name(parent)
+        self.path.mkdir(mode=0o700)
 
     def close(self) -> None:
         """Remove the folder."""
-        try:
-            self._folder.cleanup()
-        finally:
+        shutil.rmtree(self.path)
+        if self._hold:
             self._hold.close()
 
 
-def _held(folder: Path) -> Hold:
-    """Hold a folder; what says so has its name only once it is locked."""
-    new = folder / f"{_HELD}.new"
-    held = hold(new)
-    assert held is not None  # nobody else knows the folder
-    new.rename(folder / _HELD)
-    return held
-
-
-def _remove_abandoned() -> None:
-    for folder in sorted(Path(tempfile.gettempdir()).glob(f"{PREFIX}*")):
-        if folder.is_symlink():
-            continue
+def _held_name(parent: Path) -> tuple[Hold | None, Path]:
+    """Name for a folder, held unless the file system has no locks."""
+    while True:
+        descriptor, name = tempfile.mkstemp(_HELD, PREFIX, parent)
+        os.close(descriptor)
+        folder = Path(name.removesuffix(_HELD))
         try:
-            held = hold(folder / _HELD, create=False)
-        except OSError:  # another user's, or no locks here: then leave it alone
+            held = hold(Path(name))
+        except OSError:
+            os.unlink(name)
+            return None, folder
+        if held and not folder.exists():  # else somebody thought it abandoned
+            return held, folder
+
+
+def _remove_abandoned(parent: Path) -> None:
+    for file in sorted(parent.glob(f"{PREFIX}*{_HELD}")):
+        try:
+            mine = file.stat().st_uid == os.getuid()
+            held = hold(file, create=False) if mine else None
+        except OSError:  # it is gone, or there are no locks: then leave it alone
             continue
         if held is not None:
-            shutil.rmtree(folder, ignore_errors=True)
+            shutil.rmtree(str(file).removesuffix(_HELD), ignore_errors=True)
             held.close()

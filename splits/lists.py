@@ -1,9 +1,10 @@
 """Lists beside the splits: fixed evaluation samples, and small subsets of the corpus.
 
 Like the splits they are functions of the ids: samples by exponential keys, so that a
-larger subset contains every smaller one, and a larger corpus displaces few members. The
+larger list contains every smaller one, and a larger corpus displaces few members. The
 training samples of a subset begin with the roots of its modifications, so that what was
-modified has been seen there as well.
+modified has been seen there as well; a larger subset contains a smaller one if it has
+at least as many training samples besides the roots.
 """
 
 import math
@@ -161,6 +162,11 @@ def compute_lists(
         modified = parts["modification_validation"]
         roots = {SampleId.parse(sample_id).family for sample_id in modified}
         name, n = f"{subset}_train", counts.get("train", 0)
+        if absent := sorted(roots - set(members["train"])):
+            raise ValueError(
+                f"list {name!r}: {absent[0]} is not among the ids, must be: a "
+                "modification of it is"
+            )
         parts["train"] = _choose(name, members["train"], "train", n, lists, roots)
         chosen |= {f"{subset}_{split}": parts[split] for split in SPLITS}
     return chosen
@@ -187,13 +193,14 @@ def _choose(
         weights = dict.fromkeys(others, 1.0)
     if n < len(first):
         raise ValueError(
-            f"list {name!r}: of n = {n} samples, must be at least {len(first)} (the "
-            "parents of its modifications)"
+            f"list {name!r}: n = {n} samples, must be at least {len(first)} (the "
+            "seeds and parents of its modifications)"
         )
     try:
         more = weighted_sample(others, weights, n - len(first), params.salt)
     except ValueError as error:
-        raise ValueError(f"list {name!r}: {error}") from None
+        besides = f", besides {len(first)} seeds and parents" if first else ""
+        raise ValueError(f"list {name!r}{besides}: {error}") from None
     return sorted([*first, *more])
 
 

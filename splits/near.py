@@ -30,7 +30,7 @@ from mpmworlds.splits.similarity import (
 NEAR: Final = 0.05  # config distance below which a person calls two scenes alike
 PIXELS: Final = 64  # at which first frames are compared
 ROUNDING: Final = 1e-12
-KIN: Final = 0.02  # part of it at which a modification has changed next to nothing
+KIN: Final = 0.02  # part of `near` at which a modification has changed next to nothing
 
 
 class Template:

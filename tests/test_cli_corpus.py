@@ -130,6 +130,14 @@ def test_lists_in_the_package_are_checked_anywhere(command, tmp_path, monkeypatc
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("options", [["--params"], ["--config", "grand", "--params"]])
+def test_lists_of_other_parameters_are_not_in_the_package(options, command, params):
+    path = params(profiles=dict.fromkeys(("tiny", "grand"), PARAMS["profiles"]["tiny"]))
+    status, out, err = command("splits", "--check", *options, path)
+    assert (status, out) == (2, "")
+    assert "--dir: is missing; name the folder of the lists to check" in err
+
+
 def test_lists_are_written_where_one_says_only(command):
     status, out, err = command("splits", "--config", "tiny")
     assert (status, out) == (2, "")
@@ -264,7 +272,7 @@ def test_a_build_of_a_subset_brings_all_lists_of_the_corpus(
     assert folders == ["few", "recipes", "recipes"]
     card = (out / "README.md").read_text()
     assert "| `few_train` | 1 | 1 | 0 | 0 |" in card
-    assert 'load_dataset("mpmworlds", "few", split="test")' in card
+    assert 'load_dataset("mpmworlds", "few", split="train")' in card
     assert command("verify", out, "--resimulate", 0)[0] == 0
 
 
@@ -369,7 +377,12 @@ def test_to_render_everything_must_be_asked_for(command):
     status, out, err = command("materialise")
     assert (status, out) == (2, "")
     assert "what to render? Name ids, select with --split" in err
-    assert "--config: full is all 95,805 scenes" in err
+    assert "say --config full for the whole corpus" in err
+
+
+def test_none_of_them_is_no_selection(command):
+    status, _, err = command("materialise", "--sample", "0")
+    assert (status, "sample = 0, must be at least 1" in err) == (2, True)
 
 
 def test_ids_alone_are_of_the_full_corpus(command):
@@ -491,7 +504,10 @@ def test_build_leaves_a_folder_of_something_else_alone(command, small, tmp_path)
     ("setting", "message"),
     [
         ({"version": 1}, "version = 1, must be of type str"),
-        ({"profile": {"rows_per_shard": "x"}}, "'x', must be of type int"),
+        (
+            {"profile": {"rows_per_shard": "x"}},
+            "params.yaml: profile 'tiny': rows_per_shard = 'x', must be of type int",
+        ),
         ({"profile": {"rows_per_shard": 0}}, "rows_per_shard = 0, must be at least 1"),
     ],
     ids=str,

@@ -91,6 +91,19 @@ def test_profile_without_a_recorded_manifest_says_how_to_make_one(verb, command)
     assert "mpmworlds plan --config made_up --out FILE" in err
 
 
+def test_audit_of_other_parameters_needs_their_manifest(command, params):
+    status, out, err = command("audit", "--config", "made_up", "--params", params)
+    assert (status, out) == (2, "")
+    assert "--params: the recorded manifest is of other parameters" in err
+
+
+@pytest.mark.parametrize("verb", ["stats", "audit"])
+def test_subset_of_a_manifest_is_refused(verb, command, manifest):
+    status, out, err = command(verb, "--config", "10k", "--manifest", manifest)
+    assert (status, out) == (2, "")
+    assert "--config 10k: is a subset of 'full'" in err
+
+
 def test_audit_of_a_manifest_must_know_its_splits(command, manifest):
     status, out, err = command("audit", "--manifest", manifest)
     assert (status, out) == (2, "")

@@ -50,7 +50,7 @@ def package_files():
     sources = {
         path.relative_to(ROOT).as_posix()
         for folder in FOLDERS
-        for pattern in ("*.py", "seeds/*.yaml")
+        for pattern in ("*.py", "seeds/*.yaml", "recorded/*.parquet", "recorded/*/*")
         for path in (ROOT / folder).rglob(pattern)
     }
     return (
@@ -60,6 +60,7 @@ def package_files():
         | {
             "py.typed",
             "dataset_card.md",
+            "params.yaml",
         }
     )
 

@@ -12,6 +12,7 @@ from huggingface_hub import DatasetCard
 from mpmworlds.builder.card import fields_table, lists_text, materials_table
 from mpmworlds.builder.features import RECIPE_COLUMNS, recipe_features, release_features
 from mpmworlds.builder.manifest import ManifestRow
+from mpmworlds.builder.release import build_release
 from mpmworlds.builder.statistics import count_scenes
 from mpmworlds.sim.materials import MATERIALS
 
@@ -65,9 +66,29 @@ def test_no_mark_is_left_unfilled(card):
 
 
 def test_the_examples_load_what_the_release_has(card):
+    assert_examples_hold(card)
+
+
+def test_a_release_without_test_rows_has_examples_all_the_same(corpus, tmp_path):
+    trained = [row.id for row in corpus.rows if row.split == "train"]
+    out = tmp_path / "release"
+    build_release(corpus.manifest, corpus.store, out, {"few": trained}, version="1.0.0")
+    assert_examples_hold(DatasetCard.load(out / "README.md"))
+
+
+def assert_examples_hold(card):
+    """Every split that an example of the card loads is one of the default config."""
+    configs = MetadataConfigs.from_dataset_card_data(card.data)
+    default = configs.get_default_config_name()
+    splits = {entry["split"] for entry in configs[default]["data_files"]}
     examples = re.findall(r"load(?:_dataset)?\(([^)]*)\)", card.text)
-    names = {argument for e in examples for argument in re.findall(r'"(\w+)"', e)}
-    assert names == {"mpmworlds", "tiny", "recipes", "test", "train"}
+    assert len(examples) == 6
+    for example in examples:
+        positional = re.findall(r'(?:^|, )"([^"]*)"', example)
+        assert set(positional) - {"recipes", default} <= {
+            *("mpmworlds", "./release/mpmworlds", "<owner>/mpmworlds")
+        }
+        assert set(re.findall(r'split="([^"]*)"', example)) <= splits
 
 
 def test_the_table_of_lists_counts_their_kinds(card):
@@ -80,6 +101,7 @@ def test_the_table_of_lists_counts_their_kinds(card):
 def test_a_release_without_lists_speaks_of_none(card):
     assert lists_text({}) == ""
     assert "evaluation_" not in card.text
+    assert "smaller corpora" not in lists_text({"evaluation_test": ["p0001"]})
 
 
 def test_the_table_explains_every_column():

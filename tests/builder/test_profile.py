@@ -41,7 +41,7 @@ def test_a_profile_holds_what_its_parameters_say():
     assert (profile.root_seed, profile.duration_frames) == (1, 5)
 
 
-def test_lists_of_subsets_are_no_part_of_a_plan():
+def test_settings_of_lists_and_files_are_no_part_of_a_plan():
     assert profile_of(lists={"mini": 3}) == profile_of()
     assert profile_of(rows_per_shard=9) == profile_of()
 

@@ -1,6 +1,6 @@
 """A scratch folder goes with its process, also when that is killed."""
 
-import signal
+import fcntl
 import subprocess
 import sys
 import tempfile
@@ -25,39 +25,65 @@ def temporary(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.fixture
+def holders(temporary):
+    """Return two processes by the names of their scratch folders."""
+    processes = {}
+    for _ in range(2):
+        process = subprocess.Popen(
+            [sys.executable, "-c", HOLD],
+            stdout=subprocess.PIPE,
+            text=True,
+            env={"TMPDIR": str(temporary)},
+        )
+        processes[process.stdout.readline().strip()] = process
+    yield processes
+    for process in processes.values():
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def folders(parent):
+    return {str(path) for path in parent.iterdir() if path.is_dir()}
+
+
 def test_a_scratch_folder_is_there_while_it_is_open(temporary):
     with Scratch() as scratch:
         (scratch.path / "folder").mkdir()
         assert scratch.path.parent == temporary
+        assert scratch.path.stat().st_mode & 0o777 == 0o700
     assert list(temporary.iterdir()) == []
 
 
-def test_what_a_killed_process_left_goes_and_what_is_in_use_stays(temporary):
-    command = [sys.executable, "-c", HOLD]
-    kept = {}
-    for _ in range(2):
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, text=True, env={"TMPDIR": str(temporary)}
-        )
-        kept[process.stdout.readline().strip()] = process
-    (dead, killed), (alive, running) = kept.items()
-    killed.send_signal(signal.SIGKILL)
-    killed.communicate()
+def test_what_a_killed_process_left_goes_and_what_is_in_use_stays(temporary, holders):
+    (dead, killed), (alive, _) = holders.items()
+    assert folders(temporary) == {dead, alive}
+    killed.kill()
+    killed.wait()
     with Scratch() as scratch:
-        found = {str(path) for path in temporary.iterdir()}
-        assert found == {alive, str(scratch.path)}
-        assert dead not in found
-    running.kill()
-    running.communicate()
+        assert folders(temporary) == {alive, str(scratch.path)}
+    assert list(temporary.glob("*.held")) == [temporary / f"{alive}.held"]
+
+
+def test_a_file_without_its_folder_goes_too(temporary):
+    (temporary / "mpmworlds-killed.held").write_text("")
+    with Scratch():
+        assert not (temporary / "mpmworlds-killed.held").exists()
 
 
 def test_folders_of_others_are_left_alone(temporary):
     other = temporary / "mpmworlds-notes"
     other.mkdir()
-    elsewhere = temporary / "elsewhere"
-    elsewhere.mkdir()
-    (elsewhere / ".held").write_text("")
-    (temporary / "mpmworlds-link").symlink_to(elsewhere)
     with Scratch():
         assert other.is_dir()
-    assert (elsewhere / ".held").exists()
+
+
+def test_without_locks_there_are_scratch_folders_all_the_same(temporary, monkeypatch):
+    def no_locks(*_):
+        raise OSError(95, "not supported")
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    with Scratch() as first, Scratch() as second:
+        assert folders(temporary) == {str(first.path), str(second.path)}
+    assert list(temporary.iterdir()) == []

@@ -94,8 +94,14 @@ def test_what_was_modified_is_among_the_training_samples(subset):
 
 def test_training_samples_that_do_not_hold_the_roots_are_an_error():
     few = replace(LISTS, subsets={"mini": {"train": 2, "modification_validation": 5}})
-    with pytest.raises(ValueError, match="list 'mini_train': of n = 2 samples, must"):
+    with pytest.raises(ValueError, match="list 'mini_train': n = 2 samples, must"):
         compute_lists(IDS, SPLIT, few)
+
+
+def test_modification_without_its_root_is_an_error():
+    ids = [sample_id for sample_id in IDS if "-" in sample_id]
+    with pytest.raises(ValueError, match="is not among the ids, must be: a mod"):
+        compute_lists(ids, SPLIT, LISTS)
 
 
 def test_subset_may_have_no_training_samples():

@@ -89,12 +89,12 @@ def read_params(options: argparse.Namespace) -> dict[str, Any]:
     )
 
 
-def setting(data: dict[str, Any], name: str, kind: type) -> Any:
-    """A value of params.yaml, or of a profile in it."""
+def setting(data: dict[str, Any], name: str, kind: type, where: str = "") -> Any:
+    """A value of params.yaml, or of a part of it that is said."""
     value = data.get(name)
     if not isinstance(value, kind):
         raise ValueError(
-            f"params.yaml: {name} = {value!r}, must be of type {kind.__name__}"
+            f"params.yaml: {where}{name} = {value!r}, must be of type {kind.__name__}"
         )
     return value
 

@@ -115,7 +115,13 @@ def _recorded_lists(options: argparse.Namespace) -> Path:
 
     if not options.check:
         raise ValueError("--dir: is missing; name the folder to write the lists to")
-    return Path(RECORDED / options.config)
+    folder = Path(str(RECORDED / options.config))
+    if options.params or options.manifest or not folder.is_dir():
+        raise ValueError(
+            "--dir: is missing; name the folder of the lists to check (the package "
+            "has those of its own profiles only)"
+        )
+    return folder
 
 
 def _sizes(lists: Any) -> str:
@@ -146,10 +152,12 @@ def build(options: argparse.Namespace) -> int:
     params, store = read_params(options), Store(options.store)
     version = setting(params, "version", str)
     profile, ids = named_subset(options)
+    planned = Profile.from_params(params, profile)
+    rows_per_shard = setting(
+        params["profiles"][profile], "rows_per_shard", int, f"profile {profile!r}: "
+    )
     manifest = options.manifest or _manifest(options, profile)
     rows = read_manifest(manifest)
-    planned = Profile.from_params(params, profile)
-    rows_per_shard = setting(params["profiles"][profile], "rows_per_shard", int)
     lists = compute_lists(
         [row.id for row in rows],
         planned.split,

@@ -25,17 +25,22 @@ def _add_which(parser: Any) -> None:
     parser.add_argument(
         "--config", help="profile in params.yaml (default, without --manifest: full)"
     )
-    parser.add_argument("--params", type=Path, help="another params.yaml")
 
 
 def _manifest(options: argparse.Namespace) -> Path:
     """The manifest that was asked for."""
     from mpmworlds.builder.manifest import recorded_manifest
 
+    if options.config:
+        refuse_subset(read_params(options), options.config)
     if options.manifest:
         return Path(options.manifest)
+    if options.params:
+        raise ValueError(
+            "--params: the recorded manifest is of other parameters; name one of these "
+            "with --manifest FILE"
+        )
     options.config = options.config or "full"
-    refuse_subset(read_params(options), options.config)
     return recorded_manifest(options.config)
 
 
@@ -48,6 +53,7 @@ def add_stats(verbs: Any) -> None:
         "mpmworlds stats --manifest work/tiny/manifest.parquet --figure stats.svg",
     )
     _add_which(parser)
+    parser.set_defaults(params=None)
     parser.add_argument(
         "--by-split", action="store_true", help="a column for each split as well"
     )
@@ -101,6 +107,7 @@ def add_audit(verbs: Any) -> None:
         "mpmworlds audit --config tiny --manifest work/tiny/manifest.parquet",
     )
     _add_which(parser)
+    parser.add_argument("--params", type=Path, help="another params.yaml")
     parser.add_argument(
         "--near",
         type=float,

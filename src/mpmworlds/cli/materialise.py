@@ -45,7 +45,8 @@ expressions:
   < <= > >= == !=   in [..]   not in [..]   and   or   not   ( )
 
 files in the store, besides the samples:
-  failures.jsonl   samples that failed in the last run, why, after how many attempts
+  failures.jsonl   samples that failed in the last run, why, after how many attempts;
+                   of a second run at the same time: failures-2.jsonl, and so on
   log.jsonl        seconds and bytes of each rendered sample
 """
 
@@ -68,8 +69,8 @@ def add_materialise(verbs: Any) -> None:
     parser.add_argument(
         "--failures",
         type=Path,
-        help=f"record failures here (default STORE/{FAILURES}, or the next number that "
-        "no other run is writing)",
+        help=f"record failures here (default STORE/{FAILURES}, or failures-2.jsonl and "
+        "so on while another run writes that)",
     )
     parser.add_argument(
         "--record", type=Path, help="write the hashes of all videos here (.jsonl)"
@@ -125,11 +126,12 @@ def _read_rows(options: argparse.Namespace) -> Any:
     """All rows of the manifest that is named, or recorded."""
     from mpmworlds.builder.manifest import read_manifest, recorded_manifest
 
-    asked = ("manifest", "id", "ids", *SELECTION, "list_ids", "dry_run")
-    if not options.config and not any(getattr(options, name) for name in asked):
+    names = ("config", "manifest", "id", "ids", *SELECTION, "list_ids", "dry_run")
+    if all(getattr(options, name) in (None, [], False) for name in names):
         raise ValueError(
             "what to render? Name ids, select with --split, --kind, --where or "
-            "--sample, or say --config: full is all 95,805 scenes, weeks of many cores"
+            "--sample, or say --config full for the whole corpus; --dry-run says how "
+            "long that would take"
         )
     options.config = options.config or "full"
     profile, ids = named_subset(options)
