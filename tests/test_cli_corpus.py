@@ -382,7 +382,7 @@ def test_to_render_everything_must_be_asked_for(command):
 
 def test_none_of_them_is_no_selection(command):
     status, _, err = command("materialise", "--sample", "0")
-    assert (status, "sample = 0, must be at least 1" in err) == (2, True)
+    assert (status, "sample = 0, must be" in err) == (2, True)
 
 
 def test_ids_alone_are_of_the_full_corpus(command):

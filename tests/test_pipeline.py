@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(
     not (ROOT / ".git").exists(), reason="needs a git checkout, to see what is in git"
 )
 STAGES = ["plan", "split", "materialise", "build", "evaluate"]  # of the tiny corpus
-FULL = ["plan-full", "split-full", "statistics-full"]
+FULL = ["plan-full", "split-full", "audit-full", "statistics-full"]
 
 
 class Checkout:

@@ -127,7 +127,8 @@ def _read_rows(options: argparse.Namespace) -> Any:
     from mpmworlds.builder.manifest import read_manifest, recorded_manifest
 
     names = ("config", "manifest", "id", "ids", *SELECTION, "list_ids", "dry_run")
-    if all(getattr(options, name) in (None, [], False) for name in names):
+    given = [getattr(options, name) for name in names]
+    if all(value is None or value is False or value == [] for value in given):
         raise ValueError(
             "what to render? Name ids, select with --split, --kind, --where or "
             "--sample, or say --config full for the whole corpus; --dry-run says how "
