@@ -7,6 +7,7 @@ removes those whose makers are gone: nobody holds the file beside them any more.
 import os
 import shutil
 import tempfile
+import weakref
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +19,7 @@ _HELD: Final = ".held"
 
 
 class Scratch(Closing):
-    """A new folder, removed when it is closed.
+    """A new folder, removed when it is closed, or no longer used.
 
     Attributes
     ----------
@@ -29,14 +30,19 @@ class Scratch(Closing):
     def __init__(self) -> None:
         parent = Path(tempfile.gettempdir())
         _remove_abandoned(parent)
-        self._hold, self.path = _held_name(parent)
+        held, self.path = _held_name(parent)
         self.path.mkdir(mode=0o700)
+        self._end = weakref.finalize(self, _remove, self.path, held)
 
     def close(self) -> None:
         """Remove the folder."""
-        shutil.rmtree(self.path)
-        if self._hold:
-            self._hold.close()
+        self._end()
+
+
+def _remove(folder: Path, held: Hold | None) -> None:
+    shutil.rmtree(folder)
+    if held:
+        held.close()
 
 
 def _held_name(parent: Path) -> tuple[Hold | None, Path]:

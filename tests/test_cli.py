@@ -130,7 +130,7 @@ def test_bad_scene_names_file_object_field_value_and_rule(
         ["link", "absent"],
         ["run", "absent.py"],
         ["plan", "--params", "absent", "--out", "m"],
-        ["splits", "--manifest", "absent"],
+        ["splits", "--manifest", "absent", "--dir", "lists"],
         ["splits", "--check", "--dir", "absent"],
         ["materialise", "--manifest", "absent"],
         ["build", "--manifest", "absent", "--out", "r"],

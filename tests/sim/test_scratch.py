@@ -56,6 +56,13 @@ def test_a_scratch_folder_is_there_while_it_is_open(temporary):
     assert list(temporary.iterdir()) == []
 
 
+def test_a_scratch_folder_that_is_no_longer_used_goes(temporary):
+    scratch = Scratch()
+    assert folders(temporary) == {str(scratch.path)}
+    del scratch
+    assert list(temporary.iterdir()) == []
+
+
 def test_what_a_killed_process_left_goes_and_what_is_in_use_stays(temporary, holders):
     (dead, killed), (alive, _) = holders.items()
     assert folders(temporary) == {dead, alive}
