@@ -5,6 +5,7 @@ from pathlib import Path
 
 from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCard
+from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.builder.executors import carry_out_all, open_executor
 from mpmworlds.builder.shard_check import Candidate, ShardReport, check_shard
@@ -21,6 +22,8 @@ from mpmworlds.splits.checksums import (
 )
 from mpmworlds.splits.manifest import SplitListError, read_lists
 
+_Task = tuple[Path, str, str, int]  # arguments of `check_shard`
+
 
 def verify_release(root: Path, resimulate: int = 1, workers: int = 1) -> list[str]:
     """Look for anything in a release that is not as it must be.
@@ -33,7 +36,7 @@ def verify_release(root: Path, resimulate: int = 1, workers: int = 1) -> list[st
         How many samples to simulate again and compare bit by bit. Which ones follows
         from the release, so that a check can be repeated.
     workers
-        Number of processes.
+        Number of processes, 0 for one per core.
 
     Returns
     -------
@@ -75,15 +78,25 @@ def _check_shards(
         for name in sorted(sums)
         if name.endswith(".arrow") and (root / name).is_file()
     ]
-    if workers == 1:
-        return [check_shard(*task) for task in tasks]
-    with open_executor(_check_shard, workers) as executor:
-        done = carry_out_all(executor, tasks, lambda task: task[1])
-        reports = {task[1]: report for task, report in done}
+    reports: dict[str, ShardReport] = {}
+    with tqdm(total=len(tasks), desc="verify", unit="shard") as bar:
+        for task, report in _all_checked(tasks, workers):
+            reports[task[1]] = report
+            bar.update()
     return [reports[name] for _, name, _, _ in tasks]
 
 
-def _check_shard(task: tuple[Path, str, str, int]) -> ShardReport:
+def _all_checked(
+    tasks: Sequence[_Task], workers: int
+) -> Iterator[tuple[_Task, ShardReport]]:
+    if workers == 1:
+        yield from ((task, check_shard(*task)) for task in tasks)
+        return
+    with open_executor(_check_shard, workers) as executor:
+        yield from carry_out_all(executor, tasks, lambda task: task[1])
+
+
+def _check_shard(task: _Task) -> ShardReport:
     return check_shard(*task)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from mpmworlds.builder import shard_check
 from mpmworlds.builder.features import recipe_features, release_features
 from mpmworlds.builder.manifest import text_sha256, write_manifest
 from mpmworlds.builder.release import build_release
@@ -164,6 +165,30 @@ def test_a_wrong_recipe_under_a_right_checksum_is_found(copy, change, finding):
     rewrite(path, change, features=recipe_features())
     findings = verify_release(copy, resimulate=0)
     assert any(finding in text for text in findings), findings
+
+
+def linked(monkeypatch, copy, sample_id, rows_of_a_file):
+    """Return the findings on a sample that says it links to another program."""
+    monkeypatch.setattr(shard_check, "LINKED", rows_of_a_file)
+    rewrite(
+        copy / "data/recipes/test-00000-of-00001.arrow",
+        changed(program_sha256="0" * 64),
+        features=recipe_features(),
+    )
+    findings = verify_release(copy, resimulate=0)
+    return [text for text in findings if f"{sample_id}: its scene links to" in text]
+
+
+def test_of_many_recipes_some_are_linked(monkeypatch, copy):
+    assert linked(monkeypatch, copy, "p0001", rows_of_a_file=1)
+    assert not linked(monkeypatch, copy, "p0001", rows_of_a_file=0)
+
+
+def test_of_rendered_rows_all_are_linked(monkeypatch, copy):
+    other = Scene.from_yaml(SCENE.format(color=PALETTE["green"])).to_yaml()
+    change = changed(scene=other, scene_sha256=text_sha256(other))
+    rewrite(copy / TEST_SHARD, change)
+    assert linked(monkeypatch, copy, "p0001", rows_of_a_file=0)
 
 
 def test_several_processes_find_the_same(copy):

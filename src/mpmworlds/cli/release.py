@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, new_verb
+from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, add_workers, new_verb
 
 
 def add_verify(verbs: Any) -> None:
@@ -13,14 +13,14 @@ def add_verify(verbs: Any) -> None:
     parser = new_verb(
         verbs,
         verify,
-        "verify a release: hashes, rows, videos, and sampled re-simulation",
+        "verify a release: hashes, rows, every video, sampled re-simulation",
         "mpmworlds verify release/mpmworlds --resimulate 2",
     )
     parser.add_argument("release", type=Path, help="folder of the release")
     parser.add_argument(
         "--resimulate", type=int, default=1, help="samples to run again (default 1)"
     )
-    parser.add_argument("--workers", type=int, default=1, help="processes (default 1)")
+    add_workers(parser)
     parser.add_argument("--json", action="store_true", help="print findings as JSON")
 
 
