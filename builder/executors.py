@@ -13,7 +13,7 @@ import threading
 import time
 from abc import abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
@@ -21,6 +21,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.process import BaseProcess
 from typing import Any, Final, Generic, TypeVar
+
+from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.sim.closing import Closing
 
@@ -138,6 +140,61 @@ def carry_out_all(
                     "command again, what is finished is kept"
                 )
             queue.append(task)
+
+
+def results_of(
+    function: Callable[[T], R],
+    tasks: Sequence[T],
+    name: Callable[[T], str],
+    *,
+    workers: int,
+    desc: str,
+    unit: str,
+) -> list[R]:
+    """Carry out a function here, or in processes, behind a progress bar.
+
+    Parameters
+    ----------
+    function
+        A function at the top of a module.
+    tasks
+        What to call it with.
+    name
+        Name of a task, different for each.
+    workers
+        Number of processes: 1 for this one alone, 0 for one per core.
+    desc, unit
+        What the progress bar says.
+
+    Returns
+    -------
+    list
+        The results, in the order of the tasks.
+
+    Raises
+    ------
+    CutOffError
+        If the process of a task was lost again and again.
+    """
+    results: dict[str, R] = {}
+    with tqdm(total=len(tasks), desc=desc, unit=unit) as bar:
+        for task, result in _done(function, tasks, name, workers):
+            results[name(task)] = result
+            bar.update()
+    return [results[name(task)] for task in tasks]
+
+
+def _done(
+    function: Callable[[T], R],
+    tasks: Sequence[T],
+    name: Callable[[T], str],
+    workers: int,
+) -> Iterator[tuple[T, R]]:
+    if workers == 1:
+        yield from ((task, function(task)) for task in tasks)
+        return
+    with open_executor(function, workers) as executor:
+        yield from carry_out_all(executor, tasks, name)
 
 
 @dataclass(frozen=True)

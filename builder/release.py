@@ -8,16 +8,14 @@ skips the shards that are noted and intact. The notes are removed with the last 
 import json
 import os
 import shutil
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from tqdm import tqdm  # type: ignore[import-untyped]
-
 from mpmworlds.builder.card import ConfigSize, card_text
-from mpmworlds.builder.executors import carry_out_all, open_executor
+from mpmworlds.builder.executors import results_of
 from mpmworlds.builder.manifest import ManifestRow, read_manifest
 from mpmworlds.builder.mpmworlds import MPMWorlds
 from mpmworlds.builder.shards import (
@@ -188,22 +186,14 @@ def _write_shards(
         for config in dict.fromkeys(shard.config for shard in plan)
     }
     tasks = [(builders[shard.config], shard, out_dir) for shard in plan]
-    written: dict[str, WrittenShard] = {}
-    with tqdm(total=len(tasks), desc="build", unit="shard") as bar:
-        for (_, shard, _), done in _all_written(tasks, workers):
-            written[shard.path] = done
-            bar.update()
-    return [written[shard.path] for shard in plan]
-
-
-def _all_written(
-    tasks: Sequence[_ShardTask], workers: int
-) -> Iterator[tuple[_ShardTask, WrittenShard]]:
-    if workers == 1:
-        yield from ((task, _write_shard(task)) for task in tasks)
-        return
-    with open_executor(_write_shard, workers) as executor:
-        yield from carry_out_all(executor, tasks, lambda task: task[1].path)
+    return results_of(
+        _write_shard,
+        tasks,
+        lambda task: task[1].path,
+        workers=workers,
+        desc="build",
+        unit="shard",
+    )
 
 
 def _write_shard(task: _ShardTask) -> WrittenShard:

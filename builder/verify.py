@@ -5,9 +5,8 @@ from pathlib import Path
 
 from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCard
-from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.builder.executors import carry_out_all, open_executor
+from mpmworlds.builder.executors import results_of
 from mpmworlds.builder.shard_check import Candidate, ShardReport, check_shard
 from mpmworlds.builder.shards import RECIPES
 from mpmworlds.sim.encode import frames_sha256
@@ -78,22 +77,14 @@ def _check_shards(
         for name in sorted(sums)
         if name.endswith(".arrow") and (root / name).is_file()
     ]
-    reports: dict[str, ShardReport] = {}
-    with tqdm(total=len(tasks), desc="verify", unit="shard") as bar:
-        for task, report in _all_checked(tasks, workers):
-            reports[task[1]] = report
-            bar.update()
-    return [reports[name] for _, name, _, _ in tasks]
-
-
-def _all_checked(
-    tasks: Sequence[_Task], workers: int
-) -> Iterator[tuple[_Task, ShardReport]]:
-    if workers == 1:
-        yield from ((task, check_shard(*task)) for task in tasks)
-        return
-    with open_executor(_check_shard, workers) as executor:
-        yield from carry_out_all(executor, tasks, lambda task: task[1])
+    return results_of(
+        _check_shard,
+        tasks,
+        lambda task: task[1],
+        workers=workers,
+        desc="verify",
+        unit="shard",
+    )
 
 
 def _check_shard(task: _Task) -> ShardReport:
