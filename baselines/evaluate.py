@@ -11,10 +11,10 @@ from mpmworlds.baselines.protocol import Candidate, Failure, Predictor, Task
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import Provenance, Result, ResultsFile
 from mpmworlds.baselines.summary import summarise_results, summary_table
+from mpmworlds.files.atomic import write_atomically
 from mpmworlds.loaders.clips import Frames
 from mpmworlds.loaders.load import Example, load
 from mpmworlds.metrics import score
-from mpmworlds.sim.atomic import write_atomically
 
 RESULTS = "results.jsonl"
 SUMMARY = "summary.json"

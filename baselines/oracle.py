@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from mpmworlds.baselines.protocol import Candidate, Failure, Task
 from mpmworlds.loaders.clips import reduce_clip
-from mpmworlds.sim.run import run
+from mpmworlds.sim.run.run import run
 
 
 class Oracle:

@@ -13,9 +13,9 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
+from mpmworlds.files.closing import Closing
+from mpmworlds.files.journal import Journal, JournalBusyError
 from mpmworlds.metrics import VERSION, Row, definition
-from mpmworlds.sim.closing import Closing
-from mpmworlds.sim.journal import Journal, JournalBusyError
 
 log = logging.getLogger(__name__)
 

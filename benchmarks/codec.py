@@ -14,8 +14,8 @@ import numpy as np
 
 from mpmworlds.sim import encode
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scene import Scene
 
 RELEASE: Final = encode.X264
 SETTINGS: Final = {

@@ -30,8 +30,8 @@ from mpmworlds.builder.render import render_row
 from mpmworlds.builder.screen import try_out
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.store import Store
-from mpmworlds.sim.scene import Scene
-from mpmworlds.sim.warm import WarmStart
+from mpmworlds.sim.run.warm import WarmStart
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.draw import draw
 
 FAMILIES = 12

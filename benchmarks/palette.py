@@ -1,7 +1,7 @@
 """Recompute the palette: the colours nearest to even hues that the codec keeps.
 
 Run ``python benchmarks/palette.py``: it sends all 16.7 million colours through the
-release codec (about 15 seconds) and prints the table of ``sim/palette.py``.
+release codec (about 15 seconds) and prints the table of `sim/scene/palette.py`.
 """
 
 import io
@@ -13,8 +13,8 @@ import av
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.encode import decode_mp4, encode_unchecked
-from mpmworlds.sim.palette import PALETTE
+from mpmworlds.sim.run.encode import decode_mp4, encode_unchecked
+from mpmworlds.sim.scene.palette import PALETTE
 
 HUES: Final = 24
 ROWS: Final = {"strong": (0.82, 0.96), "deep": (0.85, 0.66)}  # saturation, value

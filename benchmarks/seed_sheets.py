@@ -18,9 +18,9 @@ import numpy as np
 
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scale import rescale
-from mpmworlds.sim.sheet import contact_sheet
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.run.sheet import contact_sheet
+from mpmworlds.sim.scene.scale import rescale
 
 CAPTION = 18  # pixels
 

@@ -13,8 +13,8 @@ from mpmworlds.builder.perturb import perturb
 from mpmworlds.builder.profile import Profile
 from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.streams import stream
-from mpmworlds.sim.scale import rescale
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.scale import rescale
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.splits.ids import SampleId
 
 MOST_DRAWS: Final = 400

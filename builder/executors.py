@@ -24,7 +24,7 @@ from typing import Any, Final, Generic, TypeVar
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.sim.closing import Closing
+from mpmworlds.files.closing import Closing
 
 T = TypeVar("T")
 R = TypeVar("R")

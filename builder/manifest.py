@@ -14,7 +14,7 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.files.atomic import write_atomically
 from mpmworlds.splits.ids import KINDS
 
 

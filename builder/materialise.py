@@ -22,8 +22,8 @@ from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.render import Failed, Rendered
 from mpmworlds.builder.store import Store, renderer
 from mpmworlds.builder.timings import Timing, append_line, append_timing
-from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.sim.locks import Hold
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.locks import Hold
 
 ATTEMPTS: Final = 3  # starts of a sample whose process is killed
 POLL: Final = 0.5  # seconds between looks at what another run is rendering

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from mpmworlds.sim.palette import PALETTE, hue_difference, saturation
+from mpmworlds.sim.scene.palette import PALETTE, hue_difference, saturation
 
 Data = dict[str, Any]
 HUE_STEP: Final = 30.0  # least hue difference of a new object's colour [deg]

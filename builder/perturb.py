@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from mpmworlds.builder.parts import Data, rounded
-from mpmworlds.sim.errors import SceneError
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.errors import SceneError
+from mpmworlds.sim.scene.scene import Scene
 
 SHIFT = 0.04  # largest displacement of an object along an axis [m]
 TURN = 12.0  # largest turn [deg]

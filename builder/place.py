@@ -3,7 +3,7 @@
 import numpy as np
 
 from mpmworlds.builder.parts import Data, NoRoomError, is_matter, rounded
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.scene import Scene, SceneError
 
 TRIES = 24  # places tried for an object
 NEAR = 0.6  # share of the places that are above or below another object

@@ -33,9 +33,9 @@ from mpmworlds.builder.screen import Findings
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.templates import NEAR_ROOTS, Choice, Screen, Templates, is_near
 from mpmworlds.builder.trials import append_journal, read_journal, read_recorded
-from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.sim.locks import hold
-from mpmworlds.sim.scene import Scene
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.locks import hold
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.similarity import structure
 

@@ -25,17 +25,17 @@ from mpmworlds.builder.shards import (
     plan_shards,
 )
 from mpmworlds.builder.store import Store
-from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.sim.disk import disk_errors_named
-from mpmworlds.sim.locks import hold
-from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.checksums import (
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.checksums import (
     CHECKSUMS,
     files_below,
     read_checksums,
     sha256_of_file,
     write_checksums,
 )
+from mpmworlds.files.disk import disk_errors_named
+from mpmworlds.files.locks import hold
+from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.manifest import write_lists
 
 _NOTES: Final = ".build"

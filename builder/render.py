@@ -10,10 +10,10 @@ from typing import Final
 from mpmworlds.builder.executors import Lost
 from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.store import StoredSample, encode_sample, renderer
-from mpmworlds.sim.disk import disk_errors_named
+from mpmworlds.files.disk import disk_errors_named
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scene import Scene
 
 KILLED: Final = "ended by SIGKILL"  # as `run` says it
 

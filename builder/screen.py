@@ -11,14 +11,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.checks import speed_of
 from mpmworlds.sim.link import link
-from mpmworlds.sim.outlines import paint
-from mpmworlds.sim.run import Outcome
-from mpmworlds.sim.scale import rescale
-from mpmworlds.sim.scene import Scene, SceneError
-from mpmworlds.sim.states import States
-from mpmworlds.sim.warm import WarmStart
+from mpmworlds.sim.run.run import Outcome
+from mpmworlds.sim.run.states import States
+from mpmworlds.sim.run.warm import WarmStart
+from mpmworlds.sim.scene.checks import speed_of
+from mpmworlds.sim.scene.outlines import paint
+from mpmworlds.sim.scene.scale import rescale
+from mpmworlds.sim.scene.scene import Scene, SceneError
 
 CELLS: Final = 64  # the six cells of the seeds' walls are then three, the least
 PIXELS: Final = 32
@@ -44,7 +44,7 @@ class Findings:
     Attributes
     ----------
     status
-        How the run ended, "ok" or a kind of failure, see `mpmworlds.sim.run.Status`.
+        How the run ended, "ok" or a kind of failure, see `sim.run.run.Status`.
     matter
         Particles at the end of the prefix, and rigid bodies as `LEAST_MATTER` each.
     lost

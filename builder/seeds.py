@@ -2,7 +2,7 @@
 
 from importlib.resources import files
 
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 
 
 def load_seeds() -> dict[str, Scene]:

@@ -12,10 +12,10 @@ import pyarrow as pa
 from mpmworlds.builder.features import recipe_features, release_features
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.shards import RECIPES
-from mpmworlds.sim.encode import decode_mp4, frames_sha256
-from mpmworlds.sim.errors import SceneError
 from mpmworlds.sim.link import link
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.encode import decode_mp4, frames_sha256
+from mpmworlds.sim.scene.errors import SceneError
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.draw import draw
 
 Row = Mapping[str, Any]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from mpmworlds.builder.statistics import Statistics
-from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.files.atomic import write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

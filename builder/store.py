@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Final
 
 from mpmworlds.builder.manifest import text_sha256
-from mpmworlds.sim.atomic import PART, write_atomically
-from mpmworlds.sim.disk import disk_errors_named
-from mpmworlds.sim.encode import CODEC, Frames, encode_mp4, frames_sha256
-from mpmworlds.sim.locks import Hold, hold, remove_abandoned
+from mpmworlds.files.atomic import PART, write_atomically
+from mpmworlds.files.disk import disk_errors_named
+from mpmworlds.files.locks import Hold, hold, remove_abandoned
+from mpmworlds.sim.run.encode import CODEC, Frames, encode_mp4, frames_sha256
 
 LOCK: Final = ".lock"
 CHECK: Final = "sha256_of_the_rest"  # key of a description's checksum
@@ -38,7 +38,7 @@ class Description:
     program_sha256, video_sha256
         SHA-256 of the program text and of the MP4 file.
     frames_sha256
-        Hash of the frames, see ``mpmworlds.sim.encode.frames_sha256``.
+        Hash of the frames, see ``mpmworlds.sim.run.encode.frames_sha256``.
     num_frames, framerate, resolution
         Number of frames, frames per second, pixels along a side.
     """

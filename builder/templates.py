@@ -22,8 +22,8 @@ from mpmworlds.builder.profile import FIRST_PROPOSED, PlanError, Profile
 from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.screen import Findings, fault, try_out
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.scene import Scene, SceneError
-from mpmworlds.sim.warm import WarmStart
+from mpmworlds.sim.run.warm import WarmStart
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.similarity import config_distance
 

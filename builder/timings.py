@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
-from mpmworlds.sim.disk import disk_errors_named
+from mpmworlds.files.disk import disk_errors_named
 
 LOG: Final = "log.jsonl"
 

@@ -15,8 +15,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mpmworlds.builder.screen import Findings
-from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.sim.journal import Journal
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.journal import Journal
 
 RECORDED: Final = Path(str(files("mpmworlds.builder") / "recorded" / "trials.parquet"))
 TYPES: Final = {str: pa.string(), int: pa.int32(), float: pa.float64()}

@@ -9,16 +9,16 @@ from huggingface_hub import DatasetCard
 from mpmworlds.builder.executors import results_of
 from mpmworlds.builder.shard_check import Candidate, ShardReport, check_shard
 from mpmworlds.builder.shards import RECIPES
-from mpmworlds.sim.encode import frames_sha256
-from mpmworlds.sim.run import run
-from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.checksums import (
+from mpmworlds.files.checksums import (
     CHECKSUMS,
     ChecksumError,
     files_below,
     read_checksums,
     sha256_of_file,
 )
+from mpmworlds.sim.run.encode import frames_sha256
+from mpmworlds.sim.run.run import run
+from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.manifest import SplitListError, read_lists
 
 _Task = tuple[Path, str, str, int]  # arguments of `check_shard`

@@ -13,8 +13,8 @@ from pathlib import Path, PurePosixPath
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.splits.checksums import ChecksumError, read_checksums, sha256_of_file
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.checksums import ChecksumError, read_checksums, sha256_of_file
 
 _log = logging.getLogger(__name__)
 

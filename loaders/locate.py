@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-from mpmworlds.splits.checksums import CHECKSUMS
+from mpmworlds.files.checksums import CHECKSUMS
 
 NAME: Final = "mpmworlds"
 VARIABLE: Final = "MPMWORLDS_RELEASE"

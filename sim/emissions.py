@@ -12,8 +12,8 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator
 
-from mpmworlds.sim.fields import Vec2, about
 from mpmworlds.sim.motions import Timed
+from mpmworlds.sim.scene.fields import Vec2, about
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # steps of a jet's places across its nozzle
 NEIGHBORS = np.arange(1, 1000)  # drops after one that may be near to it

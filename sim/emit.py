@@ -7,7 +7,7 @@ from typing import Any
 
 from mpmworlds.sim.materials import MATERIALS
 from mpmworlds.sim.motions import MOTIONS
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.sim.shapes import SHAPES
 
 WIDTH = 88

@@ -17,7 +17,7 @@ from importlib.resources import files
 from typing import Any
 
 from mpmworlds.sim import emit
-from mpmworlds.sim.scene import SCHEMA, Scene
+from mpmworlds.sim.scene.scene import SCHEMA, Scene
 
 REGIONS: dict[str, Callable[[Scene], str]] = {
     "scene": emit.emit_scene,

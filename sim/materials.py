@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from mpmworlds.sim.fields import Part, about
+from mpmworlds.sim.scene.fields import Part, about
 
 DENSITY = {"ge": 1.0, "le": 1e5}
 

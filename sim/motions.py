@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from mpmworlds.sim.fields import Part, Vec2, about
+from mpmworlds.sim.scene.fields import Part, Vec2, about
 
 Pose = tuple[tuple[float, float], float]  # displacement [m] and turn [rad]
 REST: Pose = ((0.0, 0.0), 0.0)

@@ -14,8 +14,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from mpmworlds.sim.fields import Part, Points, Vec2, about, polygon_area
-from mpmworlds.sim.outlines import (
+from mpmworlds.sim.scene.fields import Part, Points, Vec2, about, polygon_area
+from mpmworlds.sim.scene.outlines import (
     Corners,
     Outline,
     arc,

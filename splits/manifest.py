@@ -12,9 +12,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.checksums import CHECKSUMS, ChecksumError, read_checksums
 from mpmworlds.splits.assign import SPLITS, SplitParams
-from mpmworlds.splits.checksums import CHECKSUMS, ChecksumError, read_checksums
 from mpmworlds.splits.lists import ListParams, compute_lists
 
 RECORDED = files("mpmworlds.splits") / "recorded"  # lists of each profile

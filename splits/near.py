@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.finding import Finding, Record
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.scenes import recorded_scene

@@ -5,7 +5,7 @@ from typing import Any, Final
 import yaml
 from pydantic import ValidationError
 
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 
 # The parser in C is many times faster. What it lacks, such as refusing a key that is
 # given twice, matters for files that people write.

@@ -13,8 +13,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.outlines import paint
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.outlines import paint
+from mpmworlds.sim.scene.scene import Scene
 
 Numbers = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]

@@ -11,7 +11,7 @@ from mpmworlds.builder.manifest import ManifestRow, write_manifest
 from mpmworlds.builder.release import build_release
 from mpmworlds.builder.store import Store
 from mpmworlds.cli import main
-from mpmworlds.sim.palette import PALETTE, rgb
+from mpmworlds.sim.scene.palette import PALETTE, rgb
 from tests.small import build_small
 
 # A busy machine takes its time; a test that hangs is seen without deadlines.

@@ -9,7 +9,7 @@ from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.perturb import perturb
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.emit import materials_of
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits import SampleId, SplitParams, split_of
 from mpmworlds.splits.finding import Record
 

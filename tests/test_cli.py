@@ -17,9 +17,9 @@ import yaml
 import mpmworlds
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.cli import main
-from mpmworlds.sim.encode import decode_mp4, frames_sha256
 from mpmworlds.sim.link import link
-from mpmworlds.sim.scale import rescale
+from mpmworlds.sim.run.encode import decode_mp4, frames_sha256
+from mpmworlds.sim.scene.scale import rescale
 
 VERBS = (
     *("schema", "link", "run", "plan", "splits", "materialise", "build", "propose"),

@@ -9,8 +9,8 @@ import pytest
 from mpmworlds.builder import manifest, materialise
 from mpmworlds.builder.manifest import read_manifest, write_manifest
 from mpmworlds.builder.materialise import Failure, Materialised
-from mpmworlds.sim.locks import hold
-from mpmworlds.splits.checksums import files_below
+from mpmworlds.files.checksums import files_below
+from mpmworlds.files.locks import hold
 from tests.small import IDS
 
 

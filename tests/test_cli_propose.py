@@ -11,7 +11,7 @@ import pytest
 
 from mpmworlds.builder.manifest import read_table, recorded_manifest
 from mpmworlds.sim.link import link
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from tests.builder.llm_server import (
     KEY,
     error,

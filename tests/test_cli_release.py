@@ -8,7 +8,7 @@ import pytest
 from mpmworlds.builder.manifest import write_manifest
 from mpmworlds.builder.release import build_release
 from mpmworlds.builder.store import Store
-from mpmworlds.splits.checksums import write_checksums
+from mpmworlds.files.checksums import write_checksums
 
 
 @pytest.fixture

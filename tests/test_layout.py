@@ -36,6 +36,7 @@ def test_source_folder_holds_only_links_and_the_root_modules():
         "__init__.py",
         "__main__.py",
         "cli",
+        "files",
         "py.typed",
     }
 
@@ -56,7 +57,11 @@ def package_files():
     return (
         sources
         | {path.name for path in PACKAGE.glob("*.py")}
-        | {f"cli/{path.name}" for path in (PACKAGE / "cli").glob("*.py")}
+        | {
+            path.relative_to(PACKAGE).as_posix()
+            for room in ("cli", "files")
+            for path in (PACKAGE / room).glob("*.py")
+        }
         | {
             "py.typed",
             "dataset_card.md",

@@ -8,8 +8,8 @@ import pytest
 import mpmworlds
 from mpmworlds.loaders.load import load
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scene import Scene
 
 
 @pytest.mark.parametrize("thing", [Scene, link, load, run])
@@ -34,7 +34,7 @@ def test_public_names_resolve_in_a_fresh_interpreter():
     done = subprocess.run(
         [sys.executable, "-c", statement], capture_output=True, text=True, check=True
     )
-    assert done.stdout == "mpmworlds.sim.run\n"
+    assert done.stdout == "mpmworlds.sim.run.run\n"
 
 
 def test_unknown_name_is_an_attribute_error_that_names_it():

@@ -28,7 +28,7 @@ from benchmarks.physics.world import (
     world,
 )
 
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 
 
 def signed_depth(scene: Scene, index: int, pose: Floats, points: Floats) -> Floats:

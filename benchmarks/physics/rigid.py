@@ -23,7 +23,7 @@ from benchmarks.physics.world import (
     world,
 )
 
-from mpmworlds.sim.states import invariants
+from mpmworlds.sim.run.states import invariants
 
 
 @case(coarse=48, fine=96)

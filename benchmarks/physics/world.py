@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 from benchmarks.physics.case import Floats
 
-from mpmworlds.sim.checks import fastest_step
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import RunError, run
-from mpmworlds.sim.scene import Scene
-from mpmworlds.sim.states import States
+from mpmworlds.sim.run.run import RunError, run
+from mpmworlds.sim.run.states import States
+from mpmworlds.sim.scene.checks import fastest_step
+from mpmworlds.sim.scene.scene import Scene
 
 G = 9.8  # m/s^2
 WALL = 3  # cells

@@ -22,10 +22,10 @@ from typing import IO
 from benchmarks.physics.world import body, box, matter, world
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.encode import encode_mp4
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.encode import encode_mp4
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scene import Scene
 
 HERE = Path(__file__).parent
 ROUNDS = 9

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mpmworlds.sim.link import read_scene
-from mpmworlds.sim.palette import BACKGROUND, rgb
-from mpmworlds.sim.run import Outcome, run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.run import Outcome, run
+from mpmworlds.sim.scene.palette import BACKGROUND, rgb
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.similarity import layout_image
 
 Mask = npt.NDArray[np.bool_]

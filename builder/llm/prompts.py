@@ -7,11 +7,11 @@ from functools import cache
 from typing import Any, Final
 
 from mpmworlds.builder.modify import EDITS
-from mpmworlds.sim.checks import HUE_STEP, MATERIAL_WORDS
 from mpmworlds.sim.link import link
 from mpmworlds.sim.materials import MATERIALS
-from mpmworlds.sim.palette import PALETTE
-from mpmworlds.sim.scene import SCHEMA, Scene, json_schema
+from mpmworlds.sim.scene.checks import HUE_STEP, MATERIAL_WORDS
+from mpmworlds.sim.scene.palette import PALETTE
+from mpmworlds.sim.scene.scene import SCHEMA, Scene, json_schema
 
 Messages = list[dict[str, str]]
 DROPPED: Final = ("title", "tag")  # of the JSON Schema: they say nothing to a model

@@ -10,7 +10,7 @@ from mpmworlds.builder.llm.replies import Candidate, Rejection, read_choice
 from mpmworlds.builder.llm.request import Request, top_up
 from mpmworlds.builder.llm.tally import Tally
 from mpmworlds.builder.llm.transcript import Exchange, Transcript
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 
 Accept = Callable[[Scene], str | None]
 CheckProgram = Callable[[Scene, str], list[str]]

@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
-from mpmworlds.sim.palette import is_exact, nearest
-from mpmworlds.sim.scene import Scene, SceneError
-from mpmworlds.sim.text import parse_yaml
+from mpmworlds.sim.scene.palette import is_exact, nearest
+from mpmworlds.sim.scene.scene import Scene, SceneError
+from mpmworlds.sim.scene.text import parse_yaml
 
 Reason = Literal[
     "malformed",  # a choice without a message

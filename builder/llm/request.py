@@ -10,7 +10,7 @@ from typing import Any, Literal
 from mpmworlds.builder.llm.prompts import child_messages, parent_messages
 from mpmworlds.builder.modify import EDITS
 from mpmworlds.builder.streams import stream
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 
 Kind = Literal["parents", "children"]
 FEWEST_EXAMPLES, MOST_EXAMPLES = 2, 3

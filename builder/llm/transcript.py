@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.sim.closing import Closing
-from mpmworlds.sim.journal import Journal, JournalBusyError
+from mpmworlds.files.closing import Closing
+from mpmworlds.files.journal import Journal, JournalBusyError
 
 log = logging.getLogger(__name__)
 

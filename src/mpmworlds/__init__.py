@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from mpmworlds import metrics as metrics
     from mpmworlds.loaders.load import load as load
     from mpmworlds.sim.link import link as link
-    from mpmworlds.sim.run import run as run
-    from mpmworlds.sim.scene import Scene as Scene
+    from mpmworlds.sim.run.run import run as run
+    from mpmworlds.sim.scene.scene import Scene as Scene
 
 __version__ = "0.1.0"
 __all__ = ["Scene", "link", "load", "metrics", "run"]
 
 _HOMES = {
-    "Scene": "mpmworlds.sim.scene",
+    "Scene": "mpmworlds.sim.scene.scene",
     "link": "mpmworlds.sim.link",
     "load": "mpmworlds.loaders.load",
-    "run": "mpmworlds.sim.run",
+    "run": "mpmworlds.sim.run.run",
 }
 
 alias.install()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import (
     BELT,
     BODY,

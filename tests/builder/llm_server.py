@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, OBSTACLE, scene_data
 
 KEY = "sk-secret-0123456789"

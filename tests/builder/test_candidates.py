@@ -16,7 +16,7 @@ from mpmworlds.builder.modify import EDITS
 from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.emit import materials_of
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.splits.ids import SampleId
 from tests.builder.plans import SMALL
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data, seeds_data

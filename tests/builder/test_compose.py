@@ -10,8 +10,8 @@ import pytest
 from mpmworlds.builder.compose import KINDS_OF_MATTER, OBJECTS, compose, draw_counts
 from mpmworlds.builder.parts import HUE_STEP, VIVID, NoRoomError
 from mpmworlds.sim.emit import materials_of
-from mpmworlds.sim.palette import PALETTE, hue_difference
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.palette import PALETTE, hue_difference
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from tests.sim.scenes import seeds_data
 
 COUNTS = [(1, 1), (2, 1), (2, 2), (3, 1), (3, 2), (4, 1), (5, 2), (4, 3), (5, 4)]

@@ -11,8 +11,8 @@ from mpmworlds.builder.llm.agreement import (
     frame_disagreements,
 )
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import Outcome
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.run import Outcome
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.similarity import layout_image
 from tests.sim.scenes import BODY, JET, OBSTACLE, scene_data
 

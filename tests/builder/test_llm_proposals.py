@@ -12,7 +12,7 @@ from mpmworlds.builder.llm.proposals import Asker, Filter, propose, world
 from mpmworlds.builder.llm.request import Sampling, child_requests, parent_requests
 from mpmworlds.builder.llm.transcript import Transcript
 from mpmworlds.sim.link import link
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from tests.builder.llm_server import (
     KEY,
     choice,

@@ -9,7 +9,7 @@ from mpmworlds.builder.llm.replies import (
     fenced_blocks,
     read_choice,
 )
-from mpmworlds.sim.palette import is_exact, nearest
+from mpmworlds.sim.scene.palette import is_exact, nearest
 from tests.builder.llm_server import choice, tiny_scene
 
 SCENE = tiny_scene()

@@ -14,7 +14,7 @@ from mpmworlds.builder.llm.request import (
 from mpmworlds.builder.modify import EDITS
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.link import link
-from mpmworlds.sim.palette import PALETTE
+from mpmworlds.sim.scene.palette import PALETTE
 
 SEEDS = dict(list(load_seeds().items())[:6])
 HOW = Sampling("m", root_seed=1, n=3)

@@ -15,9 +15,9 @@ from mpmworlds.builder.parts import (
     is_matter,
     renamed,
 )
-from mpmworlds.sim.fields import polygon_area
-from mpmworlds.sim.palette import PALETTE, hue_difference, saturation
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.fields import polygon_area
+from mpmworlds.sim.scene.palette import PALETTE, hue_difference, saturation
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.sim.shapes import SHAPES
 from tests.builder.edits import (
     POOL,

@@ -29,9 +29,9 @@ from mpmworlds.builder.parts import (
 )
 from mpmworlds.sim.materials import MATERIALS as MODELS
 from mpmworlds.sim.motions import MOTIONS
-from mpmworlds.sim.palette import PALETTE, hue_difference
 from mpmworlds.sim.physics.emission import hose
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.palette import PALETTE, hue_difference
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.sim.shapes import SHAPES
 from tests.builder.edits import (
     SCENES,

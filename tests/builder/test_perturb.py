@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 
 from mpmworlds.builder.perturb import RATIO, SHIFT, TURN, perturb
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from tests.builder.edits import (
     SCENES,
     ZOO,

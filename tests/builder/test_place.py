@@ -7,7 +7,7 @@ import pytest
 
 from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.place import HIGHEST, LOWEST, place
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, EGG, OBSTACLE, scene_data
 
 PEG = OBSTACLE | {"shape": {"type": "circle", "center": [0.75, 0.5], "radius": 0.03}}

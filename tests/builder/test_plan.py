@@ -16,9 +16,9 @@ from mpmworlds.builder.profile import Batch, Count, PlanError, sample_ids
 from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.templates import Choice
+from mpmworlds.files.locks import hold
 from mpmworlds.sim.link import link
-from mpmworlds.sim.locks import hold
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.assign import split_of
 from mpmworlds.splits.ids import SampleId
 from tests.builder.plans import GROWN, SMALL, command, environment

@@ -10,7 +10,7 @@ from mpmworlds.builder.candidates import NoCandidateError
 from mpmworlds.builder.plan import write_plan
 from mpmworlds.builder.profile import Batch, Count, PlanError, Profile, sample_ids
 from mpmworlds.builder.proposed import ProposalError, read_proposals
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from tests.builder.plans import SMALL
 from tests.sim.scenes import BODY, FAN, scene_data
 

@@ -15,8 +15,8 @@ from mpmworlds.builder.screen import fault
 from mpmworlds.builder.templates import Screen, Templates
 from mpmworlds.builder.trials import RECORDED, read_recorded
 from mpmworlds.cli import main
+from mpmworlds.files.checksums import sha256_of_file
 from mpmworlds.splits.assign import split_of
-from mpmworlds.splits.checksums import sha256_of_file
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.manifest import read_lists
 

@@ -16,7 +16,7 @@ from mpmworlds.builder.mpmworlds import MPMWorlds, NotRenderedError
 from mpmworlds.builder.release import build_release
 from mpmworlds.builder.shards import ReleaseError, plan_shards
 from mpmworlds.builder.store import Store
-from mpmworlds.sim.locks import hold
+from mpmworlds.files.locks import hold
 
 CONFIGS = {"tiny": None, "mini": ["p0000", "p0002"]}
 COMMAND = """

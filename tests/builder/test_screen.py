@@ -16,10 +16,10 @@ from mpmworlds.builder.screen import (
     findings,
     try_out,
 )
-from mpmworlds.sim.run import Outcome
-from mpmworlds.sim.scene import Scene
-from mpmworlds.sim.states import States
-from mpmworlds.sim.warm import WarmStart
+from mpmworlds.sim.run.run import Outcome
+from mpmworlds.sim.run.states import States
+from mpmworlds.sim.run.warm import WarmStart
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data
 
 PASSES = Findings(

@@ -13,8 +13,8 @@ import pytest
 
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.store import Store, encode_sample
-from mpmworlds.sim.disk import DiskFullError
-from mpmworlds.sim.encode import ColorError, decode_mp4, frames_sha256
+from mpmworlds.files.disk import DiskFullError
+from mpmworlds.sim.run.encode import ColorError, decode_mp4, frames_sha256
 
 
 @pytest.fixture
@@ -103,10 +103,10 @@ def test_a_full_disk_is_a_clear_error_and_leaves_nothing_half_written(tmp_path):
     program = """
 import sys, numpy as np, signal
 from pathlib import Path
-from mpmworlds.sim.disk import DiskFullError
-from mpmworlds.sim.disk import DiskFullError
+from mpmworlds.files.disk import DiskFullError
+from mpmworlds.files.disk import DiskFullError
 from mpmworlds.builder.store import Store, encode_sample
-from mpmworlds.sim.palette import PALETTE, rgb
+from mpmworlds.sim.scene.palette import PALETTE, rgb
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 colors = np.array([rgb(c) for c in PALETTE.values()], np.uint8)
 noise = np.random.default_rng(0).integers(0, len(colors), (4, 64, 64))

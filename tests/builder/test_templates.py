@@ -13,7 +13,7 @@ from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.profile import Batch, Count, PlanError
 from mpmworlds.builder.screen import Findings
 from mpmworlds.builder.templates import Screen, Templates, is_near
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.similarity import config_distance, structure
 from tests.builder.plans import SMALL

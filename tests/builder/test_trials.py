@@ -13,7 +13,7 @@ from mpmworlds.builder.trials import (
     read_recorded,
     write_recorded,
 )
-from mpmworlds.sim.disk import DiskFullError
+from mpmworlds.files.disk import DiskFullError
 
 FOUND = {
     "b": Findings("ok", 912, 0, 0.1234, 1.5e-05, 0.71, 0.25),

@@ -14,12 +14,12 @@ from mpmworlds.builder.manifest import text_sha256, write_manifest
 from mpmworlds.builder.release import build_release
 from mpmworlds.builder.store import Store
 from mpmworlds.builder.verify import verify_release
-from mpmworlds.sim.encode import encode_mp4
+from mpmworlds.files.checksums import write_checksums
 from mpmworlds.sim.link import link
-from mpmworlds.sim.palette import PALETTE
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
-from mpmworlds.splits.checksums import write_checksums
+from mpmworlds.sim.run.encode import encode_mp4
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.palette import PALETTE
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.manifest import read_lists, write_lists
 
 SCENE = """

@@ -5,9 +5,9 @@ import shutil
 
 import pytest
 
+from mpmworlds.files.checksums import ChecksumError, read_checksums
 from mpmworlds.loaders import integrity
 from mpmworlds.loaders.integrity import check_release
-from mpmworlds.splits.checksums import ChecksumError, read_checksums
 
 
 @pytest.fixture(autouse=True)

@@ -5,8 +5,8 @@ import shutil
 import numpy as np
 import pytest
 
+from mpmworlds.files.checksums import ChecksumError
 from mpmworlds.loaders.load import load
-from mpmworlds.splits.checksums import ChecksumError
 
 
 @pytest.fixture(autouse=True)

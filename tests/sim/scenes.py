@@ -11,7 +11,7 @@ from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.perturb import perturb
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.streams import stream
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.scene import Scene, SceneError
 
 MANY = 44  # random scenes in all
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from mpmworlds.sim.checks import (
+from mpmworlds.sim.scene.checks import (
     COURANT,
     DIFFUSION,
     HUE_STEP,
@@ -13,8 +13,8 @@ from mpmworlds.sim.checks import (
     jet_width,
     spacing,
 )
-from mpmworlds.sim.palette import PALETTE
-from mpmworlds.sim.scene import Scene, SceneError
+from mpmworlds.sim.scene.palette import PALETTE
+from mpmworlds.sim.scene.scene import Scene, SceneError
 from tests.sim.scenes import (
     BELT,
     BODY,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mpmworlds.sim.disk import DiskFullError, disk_errors_named
+from mpmworlds.files.disk import DiskFullError, disk_errors_named
 
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])

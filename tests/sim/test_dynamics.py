@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mpmworlds.sim.link import link
-from mpmworlds.sim.palette import rgb
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.palette import rgb
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, FAN, GATE, JET, LIQUID, OBSTACLE, SAND, scene_data
 
 G = 9.8

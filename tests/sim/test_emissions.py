@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from mpmworlds.sim import checks
 from mpmworlds.sim.emissions import EMISSIONS, AnyEmission, Hose, Rain
 from mpmworlds.sim.physics.emission import hose, jet, rain
-from mpmworlds.sim.scale import rescale
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene import checks
+from mpmworlds.sim.scene.scale import rescale
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import RAIN as RAINING
 from tests.sim.scenes import scene_data
 

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mpmworlds.sim.encode import (
+from mpmworlds.sim.run.encode import (
     ColorError,
     decode_mp4,
     encode_mp4,
     frames_sha256,
     iter_mp4,
 )
-from mpmworlds.sim.palette import PALETTE, rgb
+from mpmworlds.sim.scene.palette import PALETTE, rgb
 
 COLORS = np.array([(0, 0, 0), *map(rgb, PALETTE.values())], np.uint8)
 

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mpmworlds.sim.journal import Journal, JournalBusyError
+from mpmworlds.files.journal import Journal, JournalBusyError
 
 LINES = ["alpha\n", "\n", "gamma delta\n"]
 FULL = """\
 import resource, sys
 from pathlib import Path
-from mpmworlds.sim.disk import DiskFullError
-from mpmworlds.sim.journal import Journal
+from mpmworlds.files.disk import DiskFullError
+from mpmworlds.files.journal import Journal
 import signal
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 with Journal(Path(sys.argv[1])) as journal:

@@ -16,7 +16,7 @@ import pytest
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim import link as linker
 from mpmworlds.sim.link import LinkError, link, read_scene, unresolved
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.pin_programs import PINNED, checksums
 from tests.sim.scenes import (
     BELT,

@@ -5,8 +5,8 @@ import signal
 
 import pytest
 
-from mpmworlds.sim.atomic import write_atomically
-from mpmworlds.sim.locks import hold, remove_abandoned
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.locks import hold, remove_abandoned
 
 
 def test_a_file_is_held_by_one_at_a_time(tmp_path):

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mpmworlds.sim.checks import overlap
-from mpmworlds.sim.outlines import centroid
+from mpmworlds.sim.scene.checks import overlap
+from mpmworlds.sim.scene.outlines import centroid
 from mpmworlds.sim.shapes import Box, Circle, FanBlades, Polygon, Ring
 
 NOTCHED = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, -0.1], [-0.2, 0.2]]

@@ -9,8 +9,8 @@ import av
 import numpy as np
 import pytest
 
-from mpmworlds.sim.encode import decode_mp4, encode_mp4
-from mpmworlds.sim.palette import (
+from mpmworlds.sim.run.encode import decode_mp4, encode_mp4
+from mpmworlds.sim.scene.palette import (
     BACKGROUND,
     PALETTE,
     hue_deg,
@@ -96,7 +96,7 @@ def test_hue_and_saturation_of_known_colours():
 
 def test_importing_the_palette_loads_no_codec():
     program = (
-        "import sys, mpmworlds.sim.palette;"
+        "import sys, mpmworlds.sim.scene.palette;"
         "sys.exit(bool({'av', 'cv2', 'numpy'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

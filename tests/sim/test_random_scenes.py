@@ -9,9 +9,9 @@ from benchmarks.physics.contact import signed_depth
 from mpmworlds.builder.screen import fastest_explained
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scale import rescale
-from mpmworlds.sim.states import invariants
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.run.states import invariants
+from mpmworlds.sim.scene.scale import rescale
 from tests.sim.scenes import random_scene
 
 CELLS, PIXELS, FRAMES = 64, 32, 61  # walls of seeds are then 3 cells

@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 import pytest
 
-from mpmworlds.sim.encode import decode_mp4, encode_mp4, frames_sha256
 from mpmworlds.sim.link import link
-from mpmworlds.sim.palette import rgb
-from mpmworlds.sim.run import RunError, run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.encode import decode_mp4, encode_mp4, frames_sha256
+from mpmworlds.sim.run.run import RunError, run
+from mpmworlds.sim.scene.palette import rgb
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import scene_data
 
 FRAMES = """\

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.fields import Part, tag_of
-from mpmworlds.sim.palette import PALETTE
-from mpmworlds.sim.scene import Scene, SceneError, json_schema
+from mpmworlds.sim.scene.fields import Part, tag_of
+from mpmworlds.sim.scene.palette import PALETTE
+from mpmworlds.sim.scene.scene import Scene, SceneError, json_schema
 from tests.sim.scenes import scene_data, scenes
 
 BODY, OBSTACLE, FAN, JET = (f"objects[{i}] 'object_{i}'" for i in range(4))

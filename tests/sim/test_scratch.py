@@ -7,11 +7,11 @@ import tempfile
 
 import pytest
 
-from mpmworlds.sim.scratch import Scratch
+from mpmworlds.files.scratch import Scratch
 
 HOLD = """\
 import sys, time
-from mpmworlds.sim.scratch import Scratch
+from mpmworlds.files.scratch import Scratch
 scratch = Scratch()
 (scratch.path / "kept").write_text("x")
 print(scratch.path, flush=True)

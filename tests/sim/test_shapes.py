@@ -7,7 +7,6 @@ import taichi as ti
 from pydantic import ValidationError
 from taichi.math import vec2
 
-from mpmworlds.sim.fields import polygon_area
 from mpmworlds.sim.physics.shapes import (
     sd_box,
     sd_capsule,
@@ -18,6 +17,7 @@ from mpmworlds.sim.physics.shapes import (
     sd_ring,
     sd_rounded_box,
 )
+from mpmworlds.sim.scene.fields import polygon_area
 from mpmworlds.sim.shapes import (
     SHAPES,
     SLENDER,

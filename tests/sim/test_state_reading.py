@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mpmworlds.sim.run import run
+from mpmworlds.sim.run.run import run
 
 FOREIGN = """\
 import numpy as np

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
-from mpmworlds.sim.states import (
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.run.states import (
     States,
     invariants,
     load_states,
@@ -16,6 +15,7 @@ from mpmworlds.sim.states import (
     summary,
     unwrap,
 )
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data
 
 G = 9.8

@@ -7,8 +7,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mpmworlds.sim.errors import SceneError
-from mpmworlds.sim.text import dump_yaml, parse_yaml
+from mpmworlds.sim.scene.errors import SceneError
+from mpmworlds.sim.scene.text import dump_yaml, parse_yaml
 from tests.sim.scenes import scene_data
 
 

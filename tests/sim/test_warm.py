@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from mpmworlds.sim.link import link
-from mpmworlds.sim.palette import rgb
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
-from mpmworlds.sim.warm import WarmStart
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.run.warm import WarmStart
+from mpmworlds.sim.scene.palette import rgb
+from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, RIGID, scene_data
 
 BLOCK = BODY | {
@@ -129,7 +129,7 @@ def test_kernels_are_forgotten_after_some_programs_and_after_one_that_died(
     program, scratch, monkeypatch
 ):
     monkeypatch.setattr("tempfile.tempdir", str(scratch))
-    monkeypatch.setattr("mpmworlds.sim.warm.SHARING", 3)
+    monkeypatch.setattr("mpmworlds.sim.run.warm.SHARING", 3)
     with WarmStart() as warm:
         kept = []
         for text in (program, "import os\nos._exit(1)\n", program, program, program):
@@ -202,7 +202,7 @@ def test_a_process_that_cannot_start_is_an_error_that_says_why(tmp_path, monkeyp
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\necho no room for Taichi\nexit 1\n")
     broken.chmod(0o755)
-    monkeypatch.setattr("mpmworlds.sim.warm.sys.executable", str(broken))
+    monkeypatch.setattr("mpmworlds.sim.run.warm.sys.executable", str(broken))
     with WarmStart() as warm, pytest.raises(RuntimeError) as error:
         assert_works(warm)
     assert "has died twice" in str(error.value)

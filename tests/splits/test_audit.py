@@ -7,7 +7,7 @@ import pytest
 
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.perturb import perturb
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.audit import audit
 from mpmworlds.splits.duplicates import rough_text
 from mpmworlds.splits.near import NEAR, Template

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from mpmworlds.splits.checksums import (
+from mpmworlds.files.checksums import (
     ChecksumError,
     files_below,
     read_checksums,

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 
 from mpmworlds.sim.link import link
-from mpmworlds.sim.run import run
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.similarity import (
     MOST_ALIKE,
     config_distance,

@@ -191,7 +191,7 @@ def render_rows(
 @contextmanager
 def _failures_file(store: Path, named: Path | None) -> Iterator[Path]:
     """A file that no other run writes its failures to."""
-    from mpmworlds.sim.locks import hold
+    from mpmworlds.files.locks import hold
 
     numbered = (store / f"failures-{number}.jsonl" for number in count(2))
     for path in (named,) if named else chain((store / FAILURES,), numbered):

@@ -167,7 +167,7 @@ def _most_requests(options: argparse.Namespace) -> int:
 
 def _scenes(names: list[str], manifest: Path | None) -> dict[str, Any]:
     """Scenes of files by the files' names, which must differ, and of roots by id."""
-    from mpmworlds.sim.scene import Scene
+    from mpmworlds.sim.scene.scene import Scene
 
     roots = [name for name in names if _is_root(name)]
     scenes = _scenes_of_roots(roots, manifest) if roots else {}
@@ -192,7 +192,7 @@ def _is_root(name: str) -> bool:
 
 def _scenes_of_roots(names: list[str], manifest: Path | None) -> dict[str, Any]:
     from mpmworlds.builder.manifest import read_table, recorded_manifest
-    from mpmworlds.sim.scene import Scene
+    from mpmworlds.sim.scene.scene import Scene
 
     path = manifest or recorded_manifest("full")
     columns = read_table(path, ["id", "scene"]).to_pydict()
@@ -270,7 +270,7 @@ def _acceptor(options: argparse.Namespace) -> Any:
 
 
 def _write(path: Path, items: list[Any]) -> None:
-    from mpmworlds.sim.atomic import write_atomically
+    from mpmworlds.files.atomic import write_atomically
 
     lines = [json.dumps(asdict(item), sort_keys=True) + "\n" for item in items]
     write_atomically(path, "".join(lines).encode())

@@ -20,7 +20,7 @@ def add_schema(verbs: Any) -> None:
 
 def schema(options: argparse.Namespace) -> int:
     """Print the JSON Schema of a scene."""
-    from mpmworlds.sim.scene import json_schema
+    from mpmworlds.sim.scene.scene import json_schema
 
     print(json.dumps(json_schema(), indent=2))
     return DONE
@@ -40,7 +40,7 @@ def add_link(verbs: Any) -> None:
 
 def link(options: argparse.Namespace) -> int:
     """Write the program of a scene."""
-    from mpmworlds.sim.atomic import write_atomically
+    from mpmworlds.files.atomic import write_atomically
 
     program = _program(options.scene)
     if options.out:
@@ -53,7 +53,7 @@ def link(options: argparse.Namespace) -> int:
 def _program(path: Path) -> str:
     """The program of a scene file."""
     from mpmworlds.sim.link import link as link_scene
-    from mpmworlds.sim.scene import Scene
+    from mpmworlds.sim.scene.scene import Scene
 
     return link_scene(Scene.from_yaml(read_text(path), str(path)))
 
@@ -99,11 +99,11 @@ def add_run(verbs: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run a program and write what was asked for."""
-    from mpmworlds.sim.atomic import write_atomically
-    from mpmworlds.sim.encode import encode_mp4, frames_sha256
+    from mpmworlds.files.atomic import write_atomically
     from mpmworlds.sim.link import read_scene
-    from mpmworlds.sim.run import run as run_program
-    from mpmworlds.sim.states import save_states, summary
+    from mpmworlds.sim.run.encode import encode_mp4, frames_sha256
+    from mpmworlds.sim.run.run import run as run_program
+    from mpmworlds.sim.run.states import save_states, summary
 
     for name, value in (("frames", options.frames), ("framerate", options.framerate)):
         if value is not None and value < 1:
@@ -146,7 +146,7 @@ def run(options: argparse.Namespace) -> int:
 def _png(frames: Any) -> bytes:
     import cv2
 
-    from mpmworlds.sim.sheet import contact_sheet
+    from mpmworlds.sim.run.sheet import contact_sheet
 
     sheet = cv2.cvtColor(contact_sheet(frames), cv2.COLOR_RGB2BGR)
     return bytes(cv2.imencode(".png", sheet)[1])

@@ -17,8 +17,9 @@ from contextlib import suppress
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from mpmworlds.sim.closing import Closing
-from mpmworlds.sim.run import (
+from mpmworlds.files.closing import Closing
+from mpmworlds.files.scratch import Scratch
+from mpmworlds.sim.run.run import (
     MEMORY,
     TAIL,
     Outcome,
@@ -28,7 +29,6 @@ from mpmworlds.sim.run import (
     environment,
     read_pipe,
 )
-from mpmworlds.sim.scratch import Scratch
 
 SHARING = 64  # programs that share kernels; more would be slower to look up
 GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
@@ -54,7 +54,7 @@ class WarmStart(Closing):
     def _start(self) -> None:
         self._socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with (
-            as_file(files("mpmworlds.sim").joinpath("zygote.py")) as script,
+            as_file(files("mpmworlds.sim.run").joinpath("zygote.py")) as script,
             self._log.open("wb") as log,
             other,
         ):

@@ -12,7 +12,7 @@ import fcntl
 import os
 from pathlib import Path
 
-from mpmworlds.sim.closing import Closing
+from mpmworlds.files.closing import Closing
 
 
 class Hold(Closing):

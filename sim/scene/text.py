@@ -5,7 +5,7 @@ from typing import Any
 
 import yaml
 
-from mpmworlds.sim.errors import SceneError
+from mpmworlds.sim.scene.errors import SceneError
 
 FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^[-+]?\.inf$|^\.nan$")
 WIDTH = 110

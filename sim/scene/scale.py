@@ -1,6 +1,6 @@
 """The same scene at another resolution or length."""
 
-from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.scene import Scene
 
 
 def rescale(

@@ -11,8 +11,8 @@ import weakref
 from pathlib import Path
 from typing import Final
 
-from mpmworlds.sim.closing import Closing
-from mpmworlds.sim.locks import Hold, hold
+from mpmworlds.files.closing import Closing
+from mpmworlds.files.locks import Hold, hold
 
 PREFIX: Final = "mpmworlds-"
 _HELD: Final = ".held"

@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.files.atomic import write_atomically
 
 Floats = npt.NDArray[np.float64]
 Singles = npt.NDArray[np.float32]

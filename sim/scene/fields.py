@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
-from mpmworlds.sim.palette import PALETTE, is_exact, nearest
+from mpmworlds.sim.scene.palette import PALETTE, is_exact, nearest
 
 Tag = Literal["material", "position", "appearance", "neutral"]
 

@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from mpmworlds.sim.emissions import AnyEmission
-from mpmworlds.sim.fields import Color, Part, Vec2, about
 from mpmworlds.sim.materials import AnyMaterial, EmittedMaterial
 from mpmworlds.sim.motions import Kinematics
+from mpmworlds.sim.scene.fields import Color, Part, Vec2, about
 from mpmworlds.sim.shapes import Box, Shape
 
 Law = Literal["sticky", "slip", "separate"]

@@ -5,8 +5,8 @@ import secrets
 from pathlib import Path
 from typing import Final
 
-from mpmworlds.sim.disk import disk_errors_named
-from mpmworlds.sim.locks import Hold, hold
+from mpmworlds.files.disk import disk_errors_named
+from mpmworlds.files.locks import Hold, hold
 
 PART: Final = ".part"
 
@@ -16,7 +16,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
     The new content goes into a hidden file ``.NAME.TOKEN.part`` beside it, which is
     held until it takes the name. One that a killed writer left behind is held by nobody
-    (see ``mpmworlds.sim.locks``) and may be removed.
+    (see ``mpmworlds.files.locks``) and may be removed.
 
     Parameters
     ----------

@@ -4,68 +4,25 @@ A `Scene` that exists is valid: fields, layout and numerics have been checked. S
 `mpmworlds-scene/1`; units are metres in a square of 1 m, seconds, and kg per area.
 """
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from mpmworlds.sim.checks import check_scene
-from mpmworlds.sim.errors import SceneError as SceneError
-from mpmworlds.sim.errors import describe
-from mpmworlds.sim.fields import Part, Vec2, about
-from mpmworlds.sim.objects import AnyObject, Law
-from mpmworlds.sim.text import dump_yaml, parse_yaml
+from mpmworlds.sim.scene.checks import check_scene
+from mpmworlds.sim.scene.errors import SceneError as SceneError
+from mpmworlds.sim.scene.errors import describe
+from mpmworlds.sim.scene.objects import AnyObject
+from mpmworlds.sim.scene.sections import SCHEMA as SCHEMA
+from mpmworlds.sim.scene.sections import Sections
+from mpmworlds.sim.scene.text import dump_yaml, parse_yaml
 
-SCHEMA = "mpmworlds-scene/1"
 FIRST = ("schema", "name", "object_type", "type", "constitutive_model")
-ONE_OBJECT: TypeAdapter[AnyObject] = TypeAdapter(AnyObject)
 LAST = ("start", "stop", "visualization", "output")
+ONE_OBJECT: TypeAdapter[AnyObject] = TypeAdapter(AnyObject)
 
 
-class Simulation(Part):
-    """Resolution and length of the simulation."""
-
-    grid_resolution: int = about("neutral", "cells per side", ge=32, le=512)
-    time_step_dt: float = about("neutral", "time step", "s", gt=0.0, le=1e-2)
-    substeps_per_frame: int = about("neutral", "time steps per frame", ge=1, le=10000)
-    duration_frames: int = about("neutral", "frames of the video", ge=1, le=10000)
-    particles_per_cell: int = about("neutral", "particles per cell", ge=1, le=16)
-    seed: int = about("neutral", "seed of the initial jitter", ge=0, lt=2**63)
-
-
-class Walls(Part):
-    """The four walls of the domain."""
-
-    contact: Law = about("neutral", "contact law", default="separate")
-    friction: float = about("neutral", "Coulomb coefficient", default=0.0, ge=0, le=10)
-    thickness_cells: int = about(
-        "neutral", "thickness", "cells", default=3, ge=3, le=32
-    )
-
-
-class Environment(Part):
-    """What surrounds the objects."""
-
-    gravity: Vec2 = about("neutral", "gravity", "m/s^2", default=(0.0, -9.8))
-    walls: Walls = about("neutral", "walls of the domain", default=Walls())
-
-
-class Output(Part):
-    """The video."""
-
-    resolution: int = about("neutral", "pixels per side, even", ge=32, le=1024)
-    framerate: int = about("neutral", "frames per second", ge=1, le=120)
-
-
-class Scene(Part):
+class Scene(Sections):
     """A scene; see the module. Build one with `from_yaml` or `from_data`."""
-
-    schema_: Literal["mpmworlds-scene/1"] = about(
-        "neutral", "schema of this file", alias="schema"
-    )
-    simulation: Simulation = about("neutral", "resolution and length")
-    environment: Environment = about("neutral", "surroundings", default=Environment())
-    objects: tuple[AnyObject, ...] = about("neutral", "objects", min_length=1)
-    output: Output = about("neutral", "video")
 
     @classmethod
     def from_data(cls, data: Any, source: str = "scene") -> "Scene":

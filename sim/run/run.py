@@ -22,9 +22,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.child import CAST, HEADER, REPORT, STATE
-from mpmworlds.sim.scratch import Scratch
-from mpmworlds.sim.states import Recording, States
+from mpmworlds.files.scratch import Scratch
+from mpmworlds.sim.run.child import CAST, HEADER, REPORT, STATE
+from mpmworlds.sim.run.states import Recording, States
 
 Status = Literal[
     "ok",  # frames are complete
@@ -143,7 +143,7 @@ def _supervise(
     """Start the program, gather frames until it ends, and say how it ended."""
     read_end, write_end = os.pipe()
     with (
-        as_file(files("mpmworlds.sim").joinpath("child.py")) as child,
+        as_file(files("mpmworlds.sim.run").joinpath("child.py")) as child,
         log.open("wb") as output,
     ):
         process = subprocess.Popen(

@@ -4,7 +4,7 @@ import hashlib
 import re
 from pathlib import Path
 
-from mpmworlds.sim.atomic import write_atomically
+from mpmworlds.files.atomic import write_atomically
 
 CHECKSUMS = "SHA256SUMS"
 _LINE = re.compile(r"([0-9a-f]{64})  (\S.*)", re.ASCII)

@@ -9,8 +9,8 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from mpmworlds.sim.closing import Closing
-from mpmworlds.sim.disk import disk_errors_named
+from mpmworlds.files.closing import Closing
+from mpmworlds.files.disk import disk_errors_named
 
 
 class JournalBusyError(ValueError):

@@ -1,8 +1,8 @@
 """Frames to MP4 bytes and back without the loss of a single bit.
 
 H.264 at quantiser 0 stores YUV 4:4:4 losslessly; RGB -> YUV -> RGB is exact for the
-colours of ``mpmworlds.sim.palette``. So the decoded video *is* the simulation's frames,
-and it still plays in browsers and decodes with OpenCV alone.
+colours of `sim.scene.palette`. So the decoded video *is* the simulation's frames, and
+it still plays in browsers and decodes with OpenCV alone.
 """
 
 import hashlib
@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
-from mpmworlds.sim.palette import BACKGROUND, name_of, nearest
-from mpmworlds.sim.scratch import Scratch
+from mpmworlds.files.scratch import Scratch
+from mpmworlds.sim.scene.palette import BACKGROUND, name_of, nearest
 
 Frames = npt.NDArray[np.uint8]
 

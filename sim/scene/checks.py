@@ -8,19 +8,17 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from mpmworlds.sim.fields import polygon_area
 from mpmworlds.sim.materials import MATERIALS, Material
 from mpmworlds.sim.motions import REST, Pose
-from mpmworlds.sim.objects import DynamicBody, Emitter
-from mpmworlds.sim.outlines import Outline, centroid, paint
-from mpmworlds.sim.palette import hue_difference, saturation
-
-if TYPE_CHECKING:
-    from mpmworlds.sim.scene import Scene
+from mpmworlds.sim.scene.fields import polygon_area
+from mpmworlds.sim.scene.objects import DynamicBody, Emitter
+from mpmworlds.sim.scene.outlines import Outline, centroid, paint
+from mpmworlds.sim.scene.palette import hue_difference, saturation
+from mpmworlds.sim.scene.sections import Sections
 
 COURANT = 0.6  # largest fraction of a cell that a wave or particle crosses in one step
 DIFFUSION = 1 / 8  # of a squared cell per step; then no gradient of velocity overshoots
@@ -35,7 +33,7 @@ MATERIAL_WORDS = (
 )
 
 
-def check_scene(scene: "Scene", only: int | None = None) -> list[str]:
+def check_scene(scene: Sections, only: int | None = None) -> list[str]:
     """Every fault of a scene whose fields are valid one by one.
 
     If only one object differs from a scene without faults, its number is enough to find
@@ -45,7 +43,7 @@ def check_scene(scene: "Scene", only: int | None = None) -> list[str]:
     return [fault for check in CHECKS for fault in check(scene, numbers)]
 
 
-def spacing(scene: "Scene") -> float:
+def spacing(scene: Sections) -> float:
     """Distance between particles at rest [m]."""
     sim = scene.simulation
     return 1.0 / sim.grid_resolution / math.sqrt(sim.particles_per_cell)
@@ -59,7 +57,7 @@ def jet_width(emitter: Emitter) -> float:
     return abs(width * math.sin(angle)) + abs(height * math.cos(angle))
 
 
-def fastest_step(scene: "Scene") -> tuple[float, str]:
+def fastest_step(scene: Sections) -> tuple[float, str]:
     """Largest stable time step [s] and the object that sets it.
 
     Waves cross at most `COURANT` cells in a step, and explicit viscosity spreads
@@ -97,11 +95,11 @@ def speed_of(thing: Any) -> float:
     return fastest
 
 
-def _label(scene: "Scene", i: int) -> str:
+def _label(scene: Sections, i: int) -> str:
     return f"objects[{i}] '{scene.objects[i].name}'"
 
 
-def _check_names(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_names(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     names = [thing.name for thing in scene.objects]
     for i in numbers:
         name = names[i]
@@ -115,7 +113,7 @@ def _check_names(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
-def _check_particles(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_particles(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     area, total = spacing(scene) ** 2, 0.0
     for i, thing in enumerate(scene.objects):
         if thing.object_type == "dynamic_body":
@@ -137,7 +135,7 @@ def _check_particles(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
         )
 
 
-def _check_jets(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_jets(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     for i in numbers:
         thing = scene.objects[i]
         if thing.object_type != "emitter":
@@ -146,7 +144,7 @@ def _check_jets(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
             yield f"{_label(scene, i)}: {fault}"
 
 
-def _check_output(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_output(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     if scene.output.resolution % 2:
         yield (
             f"output.resolution = {scene.output.resolution}, must be even to be "
@@ -154,7 +152,7 @@ def _check_output(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
         )
 
 
-def _check_stability(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_stability(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     if all(thing.object_type in COLLIDERS for thing in scene.objects):
         return
     bound, name = fastest_step(scene)
@@ -166,7 +164,7 @@ def _check_stability(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
         )
 
 
-def _check_colors(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_colors(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     for i, j in _pairs(scene, numbers):
         a, b = (scene.objects[k].visualization.color for k in (i, j))
         if a == b or min(saturation(a), saturation(b)) < 0.2:
@@ -179,7 +177,7 @@ def _check_colors(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
-def _pairs(scene: "Scene", numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
+def _pairs(scene: Sections, numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
     """Pairs of objects of which one is looked at."""
     for i, j in combinations(range(len(scene.objects)), 2):
         if i in numbers or j in numbers:
@@ -216,7 +214,7 @@ def _extent(thing: Any) -> tuple[float, float]:
     return float(points.min()), float(points.max())
 
 
-def _check_domain(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_domain(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     cell = 1.0 / scene.simulation.grid_resolution
     for i in numbers:
         thing = scene.objects[i]
@@ -231,7 +229,7 @@ def _check_domain(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
-def _check_overlap(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_overlap(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     outlines = [_outline(thing.shape) for thing in scene.objects]
     for i, j in _pairs(scene, numbers):
         if all(scene.objects[k].object_type in COLLIDERS for k in (i, j)):
@@ -268,7 +266,7 @@ def overlap(one: Outline, other: Outline) -> bool:
     return bool(cv2.erode(both, np.ones((3, 3), np.uint8)).any())
 
 
-def _check_balance(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_balance(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     for i in numbers:
         thing = scene.objects[i]
         if (
@@ -285,7 +283,7 @@ def _check_balance(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
-def _check_belts(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
+def _check_belts(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     for i in numbers:
         thing = scene.objects[i]
         if thing.object_type != "kinematic_collider":
@@ -298,7 +296,7 @@ def _check_belts(scene: "Scene", numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
-CHECKS: tuple[Callable[["Scene", Sequence[int]], Iterator[str]], ...] = (
+CHECKS: tuple[Callable[[Sections, Sequence[int]], Iterator[str]], ...] = (
     _check_names,
     _check_particles,
     _check_jets,

@@ -1,0 +1,1 @@
+"""Running programs: processes of their own, their frames, states and videos."""

@@ -1,0 +1,1 @@
+"""Scenes: their schema, the rules that they obey, and their YAML."""
