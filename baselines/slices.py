@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from mpmworlds.baselines.results import Result
-from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.sim.scene.objects import MATERIALS
 
 
 def _material_families(result: Result) -> set[str]:

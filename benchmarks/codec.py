@@ -13,7 +13,7 @@ from unittest.mock import patch
 import numpy as np
 
 from mpmworlds.sim import encode
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
 

@@ -4,7 +4,7 @@ import statistics
 import time
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 
 ROUNDS = 15
 

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.run.sheet import contact_sheet
 from mpmworlds.sim.scene.scale import rescale

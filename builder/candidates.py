@@ -15,9 +15,11 @@ from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.streams import stream
 from mpmworlds.sim.scene.scale import rescale
 from mpmworlds.sim.scene.scene import Scene, SceneError
+from mpmworlds.sim.scene.steps import steps_of, with_fewest_steps
 from mpmworlds.splits.ids import SampleId
 
 MOST_DRAWS: Final = 400
+MOST_STEPS: Final = 60  # of a frame, that an edit may make necessary
 FAULTS: Final = {  # what a message of `SceneError` says, in a word
     "overlaps": "overlap",
     "must stay within": "out_of_domain",
@@ -75,7 +77,7 @@ def parent(
     counts = draw_counts(stream(profile.root_seed, "counts", str(sample)))
     rng = stream(profile.root_seed, "parent", str(sample), str(k))
     data, record = compose(rng, seeds, *counts)
-    full = Scene.from_data(data, str(sample))
+    full = with_fewest_steps(Scene.from_data(data, str(sample)))
     names = tuple(record.pop("seeds"))
     edit = json.dumps(record, sort_keys=True)
     return Draft(sample, "parent", "", names, edit, full, kept(profile, full))
@@ -85,7 +87,7 @@ def proposed(
     profile: Profile, sample: SampleId, proposal: Proposed, origin: Draft | None = None
 ) -> Draft:
     """A parent, or a child of one, that a model proposed; raises `SceneError`."""
-    full = Scene.from_yaml(proposal.scene, proposal.source)
+    full = with_fewest_steps(Scene.from_yaml(proposal.scene, proposal.source))
     scenes = full, kept(profile, full)
     if origin is None:
         return Draft(sample, "parent", "", proposal.seeds, proposal.edit, *scenes)
@@ -98,7 +100,7 @@ def child(
 ) -> Draft:
     """The k-th candidate for a child; raises `SceneError` or `NoRoomError`."""
     rng = stream(profile.root_seed, "child", str(sample), str(k))
-    data = origin.full.to_data()
+    data = editable(origin.full)
     record = modify(rng, data, pool)
     return _descendant(profile, origin, sample, "child", data, record)
 
@@ -108,7 +110,7 @@ def perturbation(profile: Profile, origin: Draft, sample: SampleId) -> Draft:
     fault = ""
     for k in range(MOST_DRAWS):
         rng = stream(profile.root_seed, "perturbation", str(sample), str(k))
-        data = origin.full.to_data()
+        data = editable(origin.full)
         record = perturb(rng, data)
         if not record["jittered"]:
             fault = "no object has room"
@@ -130,6 +132,13 @@ def reason_of(error: SceneError | NoRoomError) -> str:
     return next((word for key, word in FAULTS.items() if key in text), "invalid")
 
 
+def editable(scene: Scene) -> Data:
+    """Plain data of a scene, with steps for whatever an edit may make of it."""
+    data = scene.to_data()
+    data["simulation"] |= steps_of(scene, MOST_STEPS)
+    return data
+
+
 def kept(profile: Profile, scene: Scene) -> Scene:
     """A scene at the resolution and length of a profile."""
     sim, wanted = scene.simulation, profile.grid_resolution
@@ -149,7 +158,7 @@ def _descendant(
     data: Data,
     record: Data,
 ) -> Draft:
-    full = Scene.from_data(data, str(sample))
+    full = with_fewest_steps(Scene.from_data(data, str(sample)))
     edit = json.dumps(record, sort_keys=True)
     scenes = full, kept(profile, full)
     return Draft(sample, kind, str(origin.id), origin.seeds, edit, *scenes)

@@ -24,7 +24,7 @@ from mpmworlds.builder.features import (
 )
 from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.statistics import count_scenes
-from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.lists import EVALUATION
 

@@ -13,8 +13,7 @@ from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.profile import Profile
 from mpmworlds.builder.screen import Findings
 from mpmworlds.builder.templates import Choice, Screen, Templates
-from mpmworlds.sim.emit import materials_of
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.splits.assign import split_of
 from mpmworlds.splits.ids import SampleId
 
@@ -112,7 +111,7 @@ def plan_family(templates: Templates, root: Draft) -> Family:
 def row_of(draft: Draft, profile: Profile) -> ManifestRow:
     """Row of the manifest."""
     text = draft.kept.to_yaml()
-    materials = sorted(materials_of(draft.kept))
+    materials = sorted(draft.kept.materials)
     return ManifestRow(
         id=str(draft.id),
         kind=draft.kind,

@@ -11,7 +11,7 @@ from mpmworlds.builder.executors import Lost
 from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.store import StoredSample, encode_sample, renderer
 from mpmworlds.files.disk import disk_errors_named
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
 

@@ -11,14 +11,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import Outcome
 from mpmworlds.sim.run.states import States
 from mpmworlds.sim.run.warm import WarmStart
-from mpmworlds.sim.scene.checks import speed_of
 from mpmworlds.sim.scene.outlines import paint
 from mpmworlds.sim.scene.scale import rescale
 from mpmworlds.sim.scene.scene import Scene, SceneError
+from mpmworlds.sim.scene.steps import speed_of
 
 CELLS: Final = 64  # the six cells of the seeds' walls are then three, the least
 PIXELS: Final = 32
@@ -107,10 +107,14 @@ def try_out(scene: Scene, warm: WarmStart) -> Findings:
 
 
 def findings(scene: Scene, outcome: Outcome) -> Findings:
-    """What the states of a run of a scene show."""
-    states = outcome.states
-    if outcome.status != "ok" or states is None:
+    """What a run of a scene shows."""
+    if outcome.status != "ok" or outcome.states is None:
         return Findings(outcome.status)
+    return measured(scene, States.of(scene, outcome.states))
+
+
+def measured(scene: Scene, states: States) -> Findings:
+    """What the states of a scene show."""
     born, x = states.born, states.positions
     inside = np.asarray(((x > 0.0) & (x < 1.0)).all(axis=2))  # which no NaN is
     prefix = round(PREFIX * scene.output.framerate)

@@ -12,7 +12,7 @@ import pyarrow as pa
 from mpmworlds.builder.features import recipe_features, release_features
 from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.shards import RECIPES
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4, frames_sha256
 from mpmworlds.sim.scene.errors import SceneError
 from mpmworlds.sim.scene.scene import Scene

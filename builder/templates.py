@@ -14,6 +14,7 @@ from mpmworlds.builder.candidates import (
     MOST_DRAWS,
     Draft,
     NoCandidateError,
+    editable,
     reason_of,
     scene_key,
 )
@@ -95,7 +96,7 @@ class Templates:
     def __init__(self, profile: Profile, screen: Screen) -> None:
         self.profile, self.screen = profile, screen
         self._scenes = load_seeds()
-        self._data = {name: scene.to_data() for name, scene in self._scenes.items()}
+        self._data = {name: editable(scene) for name, scene in self._scenes.items()}
         self._names = {name.split("_")[0]: name for name in self._scenes}
         for name in profile.seeds:
             if name not in self._names:

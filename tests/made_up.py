@@ -8,7 +8,6 @@ import numpy as np
 from mpmworlds.builder.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.perturb import perturb
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.emit import materials_of
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits import SampleId, SplitParams, split_of
 from mpmworlds.splits.finding import Record
@@ -28,7 +27,7 @@ EDITS = {
 def row_of(sample_id, text, seeds):
     """Return the manifest row of a scene."""
     sample, scene = SampleId.parse(sample_id), Scene.from_yaml(text, sample_id)
-    materials = sorted(materials_of(scene))
+    materials = sorted(scene.materials)
     return ManifestRow(
         id=sample_id,
         kind=sample.kind,

@@ -17,7 +17,7 @@ import yaml
 import mpmworlds
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.cli import main
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4, frames_sha256
 from mpmworlds.sim.scene.scale import rescale
 
@@ -202,7 +202,7 @@ def test_states_of_a_program_without_any_are_a_typed_outcome(
     arguments = ["run", program_file, "--out", video, "--states", states]
     status, out, err = command(*arguments)
     assert (status, out.partition(":")[0]) == (1, "no_states")
-    assert "the program has no AREA, ENVIRONMENT, MATTER" in err
+    assert "the program has no DT, SUBSTEPS at its top" in err
     assert not video.exists()
     assert not states.exists()
 

@@ -10,7 +10,7 @@ import time
 import pytest
 
 from mpmworlds.builder.manifest import read_table, recorded_manifest
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.scene import Scene
 from tests.builder.llm_server import (
     KEY,
@@ -132,7 +132,9 @@ def test_an_endpoint_that_fails_leaves_what_is_there(propose, tmp_path):
 
 def test_programs_are_asked_for_and_checked(propose, tmp_path):
     scene, other = tiny_scene(), tiny_scene(1)
-    replies = fenced(scene, link(other)), fenced(other, "def frames():\n  yield 1\n")
+    color = scene.objects[0].visualization.color[1:]
+    wrong = link(scene).replace(color, "FFFFFF")
+    replies = fenced(scene, wrong), fenced(other, "def frames():\n  yield 1\n")
     with serving(says(*replies)) as server:
         options = ["--programs", "--rejections", tmp_path / "r.jsonl"]
         status, out, _ = propose(server, *options)
@@ -140,8 +142,8 @@ def test_programs_are_asked_for_and_checked(propose, tmp_path):
     assert "```python" in server.payloads[0]["messages"][1]["content"]
     assert [row["program"] for row in lines(tmp_path / "p.jsonl")] == [None, None]
     first, second = lines(tmp_path / "r.jsonl")
-    assert "objects[0].shape.center[0] is 0.303 in the program" in first["detail"]
-    assert "object_type nothing, the scene 1 x dynamic_body" in second["detail"]
+    assert f"the first frame shows nothing in #{color}" in first["detail"]
+    assert "the program ends in bad_frames before its first frame" in second["detail"]
 
 
 @pytest.mark.slow

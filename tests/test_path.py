@@ -16,7 +16,7 @@ from mpmworlds.builder.plan import write_plan
 from mpmworlds.builder.profile import Profile
 from mpmworlds.builder.store import Store
 from mpmworlds.builder.trials import RECORDED
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene

@@ -7,7 +7,7 @@ import pytest
 
 import mpmworlds
 from mpmworlds.loaders.load import load
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
 

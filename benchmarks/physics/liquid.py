@@ -48,7 +48,7 @@ def pool_at_rest(cells: int) -> tuple[Record, float, float]:
     edge, height = WALL / cells, cut(0.4, cells)
     pool = body(block(edge, edge, 1.0 - 2 * edge, height), matter("liquid"))
     scene = world(pool, cells=cells, seconds=10.0, frame=0.1)
-    return simulate(scene, "q"), edge, height
+    return simulate(scene, "J"), edge, height
 
 
 @case(coarse=32, fine=64)
@@ -73,7 +73,7 @@ def liquid_at_rest_keeps_its_volume(cells: int) -> Result:
 def liquid_at_rest_has_hydrostatic_pressure(cells: int) -> Result:
     """p = K (1 - J) = rho g depth after 10 s."""
     record, edge, height = pool_at_rest(cells)
-    y, pressure = record.x(0)[-1, :, 1], BULK * (1.0 - record.field("q", 0)[-1]).clip(0)
+    y, pressure = record.x(0)[-1, :, 1], BULK * (1.0 - record.field("J", 0)[-1]).clip(0)
     depth = edge + height - y
     rows = np.floor(depth * cells).astype(int)
     inner = (rows >= 2) & (rows < rows.max() - 1)

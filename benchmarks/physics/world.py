@@ -8,17 +8,17 @@ import numpy as np
 import numpy.typing as npt
 from benchmarks.physics.case import Floats
 
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import RunError, run
 from mpmworlds.sim.run.states import States
-from mpmworlds.sim.scene.checks import fastest_step
 from mpmworlds.sim.scene.scene import Scene
+from mpmworlds.sim.scene.steps import fastest_step
 
 G = 9.8  # m/s^2
 WALL = 3  # cells
 LOOK = {"visualization": {"color": "#2C90F5"}}
 TIMEOUT = 1200.0  # seconds
-WIDTHS = {"q": 1, "saturation": 1, "a": 2, "b": 2, "c": 2, "d": 2}  # of fields
+WIDTHS = {"J": 1, "saturation": 1, "C": 4, "F": 4}  # of fields of particles
 PACK = '''
 
 def frames(pictures=frames):
@@ -157,7 +157,7 @@ def world(
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """States of a run, and fields of its particles (T, N) or (T, N, 2)."""
+    """States of a run, and fields of its particles (T, N) or (T, N, 2, 2)."""
 
     states: States
     fields: dict[str, Floats]
@@ -175,8 +175,12 @@ class Record:
         """Velocities [m/s] of the particles of an object, (T, n, 2)."""
         return self.states.velocities[:, self._of(index)].astype(np.float64)
 
+    def mass(self, index: int) -> Floats:
+        """Masses [kg] of the particles of an object, (n,)."""
+        return self.states.mass[self._of(index)].astype(np.float64)
+
     def field(self, name: str, index: int) -> Floats:
-        """Values of a field at the particles of an object, (T, n) or (T, n, 2)."""
+        """Values of a field at particles of an object, (T, n) or (T, n, 2, 2)."""
         return self.fields[name][:, self._of(index)]
 
     def pose(self, index: int) -> Floats:
@@ -216,7 +220,8 @@ def simulate(scene: Scene, *names: str) -> Record:
     pictures = outcome.expect()
     if outcome.states is None:
         raise RunError("the program ended without states")
-    count = len(outcome.states.object_id)
+    states = States.of(scene, outcome.states)
+    count = len(states.object_id)
     fields = {}
     if names:
         widths = [WIDTHS[name] for name in names]
@@ -224,9 +229,9 @@ def simulate(scene: Scene, *names: str) -> Record:
         numbers = np.ascontiguousarray(data).view(np.float32).astype(np.float64)
         columns = np.split(numbers, count * np.cumsum(widths)[:-1], axis=1)
         for name, width, column in zip(names, widths, columns, strict=True):
-            shape = (len(pictures), count) + ((2,) if width == 2 else ())
+            shape = (len(pictures), count) + ((2, 2) if width == 4 else ())
             fields[name] = column.reshape(shape)
-    return Record(outcome.states, fields)
+    return Record(states, fields)
 
 
 def cut(value: float, cells: int) -> float:

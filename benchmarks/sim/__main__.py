@@ -22,7 +22,7 @@ from typing import IO
 from benchmarks.physics.world import body, box, matter, world
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import encode_mp4
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene

@@ -1,4 +1,4 @@
-"""Whether a program implements its scene: constants, colours, places at the start.
+"""Whether a program implements its scene: colours and places at the start.
 
 The program is read first, without running it; then its first frame is compared with
 the layout of the scene. Reading it refuses what plainly reaches beyond a simulation,
@@ -7,15 +7,14 @@ runs programs of a model that is not trusted does so in a container.
 """
 
 import ast
-from collections import Counter
 from collections.abc import Callable, Iterator
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.sim.link import read_scene
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import Outcome, run
 from mpmworlds.sim.scene.palette import BACKGROUND, rgb
 from mpmworlds.sim.scene.scene import Scene
@@ -71,7 +70,9 @@ def disagreements(
         A sentence each; empty if the program agrees. The program is run only if
         reading it finds nothing.
     """
-    found = list(read_disagreements(scene, program))[:MOST_DIFFERENCES]
+    if program == link(scene):
+        return []
+    found = list(read_disagreements(program))[:MOST_DIFFERENCES]
     if found:
         return found
     outcome = execute(program, max_frames=1, timeout=timeout)
@@ -81,20 +82,18 @@ def disagreements(
     return list(frame_disagreements(scene, outcome.frames[0]))
 
 
-def read_disagreements(scene: Scene, program: str) -> Iterator[str]:
-    """Differences that show without running the program.
+def read_disagreements(program: str) -> Iterator[str]:
+    """What speaks against a program without running it.
 
     Parameters
     ----------
-    scene
-        The scene.
     program
         Text of the program.
 
     Yields
     ------
     str
-        A sentence for each difference.
+        A sentence each.
     """
     try:
         tree = ast.parse(program)
@@ -110,12 +109,6 @@ def read_disagreements(scene: Scene, program: str) -> Iterator[str]:
     names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     if "frames" not in names:
         yield "the program defines no function frames()"
-    try:
-        told = read_scene(program)
-    except (ValueError, TypeError, RecursionError):  # it holds them in another form
-        yield from _count_disagreements(scene, tree)
-    else:
-        yield from _differences(scene.to_data(), told.to_data())
 
 
 def _imported(tree: ast.Module) -> Iterator[str]:
@@ -139,62 +132,6 @@ def _reaching(tree: ast.Module) -> Iterator[str]:
                 yield node.attr
         elif isinstance(node, ast.ImportFrom):
             yield from (alias.name for alias in node.names if alias.name in FILES)
-
-
-def _count_disagreements(scene: Scene, tree: ast.Module) -> Iterator[str]:
-    """Differences in how many objects of which type and material there are."""
-    wanted: dict[str, list[str]] = {
-        "object_type": [thing.object_type for thing in scene.objects],
-        "constitutive_model": [
-            thing.physics_properties.constitutive_model
-            for thing in scene.objects
-            if thing.object_type in ("dynamic_body", "emitter")
-        ],
-    }
-    for key, values in wanted.items():
-        told = Counter(_values_of(tree, key))
-        if told != Counter(values):
-            yield (
-                f"the program says {key} {_listed(told)}, the scene "
-                f"{_listed(Counter(values))}"
-            )
-
-
-def _values_of(tree: ast.Module, key: str) -> Iterator[str]:
-    """Texts that are given to a key, as dict(key="...") or {"key": "..."}."""
-    for node in ast.walk(tree):
-        pairs: list[tuple[Any, ast.expr]] = []
-        if isinstance(node, ast.Call):
-            pairs = [(word.arg, word.value) for word in node.keywords]
-        elif isinstance(node, ast.Dict):
-            pairs = [
-                (name.value, value)
-                for name, value in zip(node.keys, node.values, strict=True)
-                if isinstance(name, ast.Constant)
-            ]
-        for name, value in pairs:
-            if name == key and isinstance(value, ast.Constant):
-                yield str(value.value)
-
-
-def _listed(counts: Counter[str]) -> str:
-    return ", ".join(f"{n} x {name}" for name, n in sorted(counts.items())) or "nothing"
-
-
-def _differences(scene: Any, program: Any, place: str = "") -> Iterator[str]:
-    """Values of plain data that differ, by the way to them."""
-    if isinstance(scene, dict) and isinstance(program, dict):
-        for key in sorted(scene.keys() | program.keys()):
-            there = f"{place}.{key}".removeprefix(".")
-            yield from _differences(scene.get(key), program.get(key), there)
-    elif isinstance(scene, list) and isinstance(program, list):
-        if len(scene) != len(program):
-            yield f"{place} has {len(program)} entries in the program, not {len(scene)}"
-            return
-        for i, (one, other) in enumerate(zip(scene, program, strict=True)):
-            yield from _differences(one, other, f"{place}[{i}]")
-    elif scene != program:
-        yield f"{place} is {program!r} in the program, {scene!r} in the scene"
 
 
 def frame_disagreements(scene: Scene, frame: npt.NDArray[np.uint8]) -> Iterator[str]:

@@ -7,9 +7,9 @@ from functools import cache
 from typing import Any, Final
 
 from mpmworlds.builder.modify import EDITS
-from mpmworlds.sim.link import link
-from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.checks import HUE_STEP, MATERIAL_WORDS
+from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.sim.scene.palette import PALETTE
 from mpmworlds.sim.scene.scene import SCHEMA, Scene, json_schema
 
@@ -46,8 +46,7 @@ ANSWER_WITH_PROGRAM: Final = """\
 Answer with two fenced blocks and no others. The first starts with ```yaml and holds \
 the complete scene. The second starts with ```python and holds a standalone program \
 that implements it, as in the examples: it imports only math, sys, numpy, taichi and \
-cv2; the constants SIMULATION, ENVIRONMENT, OBJECTS and OUTPUT repeat the scene \
-exactly; frames() is a generator of uint8 arrays of shape (resolution, resolution, 3), \
+cv2; frames() is a generator of uint8 arrays of shape (resolution, resolution, 3), \
 RGB, objects in their flat colours on black, of which the first shows the scene at the \
 start."""
 

@@ -1,8 +1,14 @@
 """Run one program and send its frames through a pipe: the other half of `run`.
 
 Called as `child.py PROGRAM PIPE MAX_FRAMES MEMORY STATES`. It imports nothing of the
-package, so that a program runs as it would on its own. If STATES is 1, the state of the
-program goes before each frame, and what never changes before the first.
+package, so that a program runs as it would on its own. If STATES is 1, the time between
+frames goes before the first, and the state of the program before each.
+
+The state is what these names at the top of a program hold, all but the first optional:
+`DT`, `SUBSTEPS` (time step [s], steps of a frame); the Taichi fields `x`, `v` (places
+and velocities of particles), `owner` (numbers of their objects), `mass`, `birth` (the
+step before which each is born); `pose`, `twist` (center, cosine and sine of the angle
+of solids; velocity, spin).
 """
 
 import ctypes
@@ -20,19 +26,16 @@ from typing import Any
 
 HEADER = struct.Struct("<4sIIQ")  # kind, two numbers, bytes that follow
 FRAME = b"FRAM"  # height, width; uint8 RGB
-CAST = b"CAST"  # particles, solids; float64, see `_cast`
-STATE = b"STAT"  # living particles, substeps done; float32, see `_state`
+TIME = b"TIME"  # 0, 0; float64, simulated time between frames [s]
+STATE = b"STAT"  # particles, solids; float32, see `_state`
 REPORT = b"REPT"  # 0, 0; JSON
-NEEDED = (
-    *("AREA", "ENVIRONMENT", "MATTER", "SIMULATION"),
-    *("alive", "clock", "owner", "v", "x"),
-)  # what a program must have at its top for its state to be read
+NEEDED = ("DT", "SUBSTEPS")  # for the state of a program to have a time
 UNREADABLE = (AttributeError, LookupError, TypeError, ValueError, struct.error)
 PR_SET_PDEATHSIG = 1
 LARGEST_FILE = 64 << 20  # bytes; what a program prints goes into a file, too
 
 
-Reader = Callable[[ModuleType], tuple[int, int, list[Any]]]  # see `_read_state`
+Reader = Callable[[ModuleType, int], tuple[int, int, list[Any]]]  # see `_read_state`
 
 
 class BadText(Exception):
@@ -121,7 +124,7 @@ def _load(path: str) -> ModuleType:
     return program
 
 
-def _leave_black(image: Any) -> None:
+def _leave_black(*image: Any) -> None:
     """Stand for `draw` where only the states are wanted."""
 
 
@@ -136,7 +139,7 @@ def _send_frames(
     count = 0
     for frame in _checked(program.frames()):
         if read:
-            _send_state(program, pipe, count == 0, read)
+            _send_state(program, pipe, count, read)
         height, width = frame.shape[:2]
         _write(pipe, HEADER.pack(FRAME, height, width, frame.nbytes))
         _write(pipe, frame.tobytes())
@@ -147,11 +150,12 @@ def _send_frames(
         raise NoFrames("frames() yields nothing")
 
 
-def _send_state(program: ModuleType, pipe: int, first: bool, read: Reader) -> None:
+def _send_state(program: ModuleType, pipe: int, frame: int, read: Reader) -> None:
     try:
-        messages = [_state(*read(program))]
-        if first:
-            messages.insert(0, _cast(program))
+        messages = [_state(*read(program, program.SUBSTEPS * frame - 1))]
+        if frame == 0:
+            data = struct.pack("<d", program.DT * program.SUBSTEPS)
+            messages.insert(0, HEADER.pack(TIME, 0, 0, len(data)) + data)
     except UNREADABLE as error:
         kind = type(error).__name__
         raise NoStates(f"the state cannot be read: {kind}: {error}") from None
@@ -159,46 +163,47 @@ def _send_state(program: ModuleType, pipe: int, first: bool, read: Reader) -> No
         _write(pipe, message)
 
 
-def _cast(program: ModuleType) -> bytes:
-    """Message: object and mass of particles and solids, inertia; gravity, time step."""
+def _read_state(program: ModuleType, step: int) -> tuple[int, int, list[Any]]:
+    """State after a step: particles n, solids k, and numbers of both.
+
+    They are x, v (n, 2), owner, mass (n,), pose (k, 4), twist (k, 3). The owner is
+    -1 - number before birth; the mass is NaN where the program does not say.
+    """
     import numpy as np
 
-    owner = program.owner.to_numpy()
-    density = np.array([matter.get("density", np.nan) for matter in program.MATTER])
-    solids = getattr(program, "COLLIDERS", [])
-    weights = np.full((len(solids), 2), np.inf)  # mass, inertia
-    if hasattr(program, "RIGID"):
-        rigid = np.isin(solids, program.RIGID)
-        weights[rigid] = 1.0 / program.ease.to_numpy()[program.RIGID, :2]
-    g_x, g_y = program.ENVIRONMENT["gravity"]
-    rest = [g_x, g_y, program.SIMULATION["time_step_dt"]]
-    mass = program.AREA * density[owner]
-    numbers = np.concatenate([owner, mass, solids, *weights.T, rest])
-    data: bytes = numbers.astype("<f8").tobytes()
-    return HEADER.pack(CAST, len(owner), len(solids), len(data)) + data
+    def values(name: str, *shape: int) -> Any:
+        field = getattr(program, name, None)
+        found = field.to_numpy() if field is not None else np.zeros((0, *shape))
+        if found.shape[1:] != shape:
+            raise ValueError(f"{name} has shape {found.shape}, must be (n, {shape})")
+        return found
+
+    def numbers(name: str, default: float) -> Any:
+        found = values(name) if hasattr(program, name) else np.full(len(x), default)
+        if len(found) != len(x):
+            raise ValueError(f"{name} has length {len(found)}, must be {len(x)} as x")
+        return found
+
+    x, v, pose, twist = (
+        values(*what) for what in (("x", 2), ("v", 2), ("pose", 4), ("twist", 3))
+    )
+    if len(x) != len(v) or len(pose) != len(twist):
+        lengths = f"{len(x)} and {len(v)}, pose and twist {len(pose)} and {len(twist)}"
+        raise ValueError(f"x and v have lengths {lengths}; must be the same")
+    owner, mass, birth = (
+        numbers(*what) for what in (("owner", 0), ("mass", np.nan), ("birth", -1))
+    )
+    owner = np.where(birth > step, -1 - owner, owner)
+    return len(x), len(pose), [x, v, owner, mass, pose, twist]
 
 
-def _read_state(program: ModuleType) -> tuple[int, int, list[Any]]:
-    """Living particles n, substeps done; x, v (n, 2), pose and twist (k, 4)."""
-    living, steps = int(program.alive[None]), int(program.clock[None])
-    x, v = (field.to_numpy()[:living] for field in (program.x, program.v))
-    if not x.shape == v.shape == (living, 2):
-        shapes = f"{x.shape} and {v.shape}"
-        raise ValueError(f"living x and v are {shapes}, must be {(living, 2)}")
-    parts = [x, v]
-    if getattr(program, "COLLIDERS", []):
-        fields = program.pose, program.twist
-        parts += [field.to_numpy()[program.COLLIDERS, :4] for field in fields]
-    return living, steps, parts
-
-
-def _state(living: int, steps: int, parts: list[Any]) -> bytes:
+def _state(particles: int, solids: int, parts: list[Any]) -> bytes:
     """Message: the numbers that were read."""
     import numpy as np
 
     numbers = np.concatenate([part.ravel() for part in parts])
     data: bytes = numbers.astype("<f4").tobytes()
-    return HEADER.pack(STATE, living, steps, len(data)) + data
+    return HEADER.pack(STATE, particles, solids, len(data)) + data
 
 
 def _checked(frames: Any) -> Iterator[Any]:

@@ -15,45 +15,57 @@ ARRAY = ti.types.ndarray()
 Floats = npt.NDArray[np.float32]
 
 
-def read_state(program: ModuleType) -> tuple[int, int, list[Floats]]:
-    """What `child._read_state` returns: living particles, substeps done, numbers."""
-    solids = list(getattr(program, "COLLIDERS", []))
-    counts = np.zeros(2, np.int32)
-    matter = np.zeros((program.x.shape[0], 4), np.float32)
-    rigid = np.zeros((getattr(program, "N_OBJECTS", 0) + 1, 8), np.float32)
-    fields: list[Any] = [program.x, program.v, program.alive, program.clock]
-    fields += [program.pose, program.twist] if solids else [program.x, program.v]
-    _copy(*fields, bool(solids), counts, matter, rigid)
-    living, steps = counts.tolist()
-    numbers = [matter[:living, :2], matter[:living, 2:]]
-    if solids:
-        numbers += [rigid[solids, :4], rigid[solids, 4:]]
-    return living, steps, numbers
+def read_state(program: ModuleType, step: int) -> tuple[int, int, list[Floats]]:
+    """What `child._read_state` returns: counts of particles and solids, and numbers."""
+    matter, solids = hasattr(program, "x"), hasattr(program, "pose")
+    owned, weighed = hasattr(program, "owner"), hasattr(program, "mass")
+    timed = hasattr(program, "birth")
+    particles = np.zeros((program.x.shape[0] if matter else 0, 6), np.float32)
+    poses = np.zeros((program.pose.shape[0] if solids else 0, 7), np.float32)
+    any_field = program.x if matter else program.pose
+    names = ("x", "v", "owner", "mass", "birth", "pose", "twist")
+    fields: list[Any] = [getattr(program, name, any_field) for name in names]
+    _copy(*fields, matter, owned, weighed, timed, solids, step, particles, poses)
+    if not weighed:
+        particles[:, 5] = np.nan
+    x, v, owner, mass = np.split(particles, [2, 4, 5], axis=1)
+    return len(particles), len(poses), [x, v, owner, mass, poses[:, :4], poses[:, 4:]]
 
 
 @ti.kernel
 def _copy(
     x: ti.template(),
     v: ti.template(),
-    alive: ti.template(),
-    clock: ti.template(),
+    owner: ti.template(),
+    mass: ti.template(),
+    birth: ti.template(),
     pose: ti.template(),
     twist: ti.template(),
+    matter: ti.template(),
+    owned: ti.template(),
+    weighed: ti.template(),
+    timed: ti.template(),
     solids: ti.template(),
-    counts: ARRAY,
-    matter: ARRAY,
-    rigid: ARRAY,
+    step: int,
+    particles: ARRAY,
+    poses: ARRAY,
 ):
     ti.loop_config(serialize=True)
-    for p in range(matter.shape[0]):
-        matter[p, 0], matter[p, 1] = x[p].x, x[p].y
-        matter[p, 2], matter[p, 3] = v[p].x, v[p].y
+    for p in range(particles.shape[0]):
+        if ti.static(matter):
+            particles[p, 0], particles[p, 1] = x[p].x, x[p].y
+            particles[p, 2], particles[p, 3] = v[p].x, v[p].y
+        if ti.static(owned):
+            particles[p, 4] = owner[p]
+        if ti.static(weighed):
+            particles[p, 5] = mass[p]
+        if ti.static(timed):
+            if birth[p] > step:
+                particles[p, 4] = -1.0 - particles[p, 4]
     ti.loop_config(serialize=True)
-    for k in range(rigid.shape[0]):
-        if k == 0:
-            counts[0], counts[1] = alive[None], clock[None]
+    for k in range(poses.shape[0]):
         if ti.static(solids):
-            if k < pose.shape[0]:
-                for j in ti.static(range(4)):
-                    rigid[k, j] = pose[k][j]
-                    rigid[k, 4 + j] = twist[k][j]
+            for j in ti.static(range(4)):
+                poses[k, j] = pose[k][j]
+            for j in ti.static(range(3)):
+                poses[k, 4 + j] = twist[k][j]

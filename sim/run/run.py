@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mpmworlds.files.scratch import Scratch
-from mpmworlds.sim.run.child import CAST, HEADER, REPORT, STATE
-from mpmworlds.sim.run.states import Recording, States
+from mpmworlds.sim.run.child import HEADER, REPORT, STATE, TIME
+from mpmworlds.sim.run.track import Recording, Track
 
 Status = Literal[
     "ok",  # frames are complete
@@ -62,7 +62,7 @@ class Outcome:
         Wall time.
     message : str
         What went wrong, empty if nothing did.
-    states : States, optional
+    states : Track, optional
         Those of all frames, if they were asked for and there are any.
     """
 
@@ -70,7 +70,7 @@ class Outcome:
     frames: npt.NDArray[np.uint8]
     seconds: float
     message: str
-    states: States | None = None
+    states: Track | None = None
 
     def expect(self) -> npt.NDArray[np.uint8]:
         """The frames of a run that must have ended well; raises `RunError`."""
@@ -100,8 +100,8 @@ def run(
     memory : int
         Address space allowed [bytes].
     states : bool
-        Read the state of matter and colliders at every frame, too; the frames are the
-        same. It takes the names at the top of a linked program.
+        Read the state of matter and solids at every frame, too; the frames are the
+        same. It takes a few names at the top of the program, see `sim.run.child`.
 
     Returns
     -------
@@ -133,7 +133,7 @@ class Received:
         """All of it, with how the run ended."""
         frames = self.frames
         stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
-        found = self.recording.states(len(frames))
+        found = self.recording.track(len(frames))
         return Outcome(status, stack, seconds, message, found)
 
 
@@ -203,13 +203,13 @@ def collect(
         if kind == REPORT:
             report = json.loads(payload)
             return report["status"], report["message"]
-        if kind == CAST:
-            received.recording.cast(height, width, payload)
+        if kind == TIME:
+            received.recording.begin(payload)
         elif kind == STATE:
             if not received.recording.add(height, width, payload):
                 return "no_states", (
-                    f"the state of frame {len(frames)} has another size than objects "
-                    "and particles of frame 0"
+                    f"the state of frame {len(frames)} has another size than that of "
+                    "frame 0"
                 )
         elif frames and frames[0].shape != (height, width, 3):
             size = frames[0].shape[:2]

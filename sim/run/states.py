@@ -15,6 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.sim.program.linking.cast import Cast, weights_of
+from mpmworlds.sim.run.track import Track
+from mpmworlds.sim.scene.scene import Scene
+from mpmworlds.sim.scene.steps import spacing
 
 Floats = npt.NDArray[np.float64]
 Singles = npt.NDArray[np.float32]
@@ -69,83 +73,46 @@ class States:
         known = ~np.isnan(self.positions[..., 0])
         return np.logical_or.accumulate(known, axis=0)
 
+    @classmethod
+    def of(cls, scene: Scene, track: Track) -> "States":
+        """States of a run of the program of a scene.
 
-class Recording:
-    """Gathers the messages of `child` about states, in the order in which they come."""
-
-    def __init__(self) -> None:
-        self._numbers = np.zeros(0)
-        self._particles, self._solids = 0, 0
-        self._states: list[tuple[int, int, Singles]] = []
-
-    def cast(self, particles: int, solids: int, payload: bytes | bytearray) -> None:
-        """Take in what never changes."""
-        self._particles, self._solids = particles, solids
-        self._numbers = np.frombuffer(payload, "<f8").astype(np.float64)
-
-    def add(self, living: int, steps: int, payload: bytes | bytearray) -> bool:
-        """Take in the state of the next frame; False if it is of another size."""
-        numbers = np.frombuffer(payload, "<f4").astype(np.float32)
-        fits = numbers.size == 4 * living + 8 * self._solids
-        if fits and living <= self._particles:
-            self._states.append((living, steps, numbers))
-            return True
-        return False
-
-    def states(self, frames: int) -> States | None:
-        """What has come for so many frames; None if nothing has."""
-        states, N, K = self._states[:frames], self._particles, self._solids
-        if not states:
-            return None
-        ends = np.cumsum([N, N, K, K, K, 2])
-        owner, mass, solids, solid_mass, inertia, gravity, rest = np.split(
-            self._numbers, ends
+        Parameters
+        ----------
+        scene : Scene
+            What was linked.
+        track : Track
+            What its program went through.
+        """
+        cast = Cast(scene)
+        numbers = {id(thing): i for i, thing in enumerate(scene.objects)}
+        matter = np.array([numbers[id(o)] for o in cast.matter], np.int16)
+        solids = [*cast.rigid, *cast.movers, *cast.still]
+        moving = len(cast.rigid + cast.movers)
+        rest = np.array([(*o.shape.center, o.shape.angle()) for o in cast.still])
+        rest = np.tile(rest.reshape(1, -1, 3), (len(track.time), 1, 1))
+        densities = np.array([material.density for material in cast.materials])
+        alike = densities.astype(np.float64)[track.owner] * spacing(scene) ** 2
+        weights = np.full((len(solids), 2), np.inf)
+        for k, thing in enumerate(cast.rigid):
+            weights[k] = weights_of(thing)
+        ids = np.array([numbers[id(o)] for o in solids], np.int16)
+        order = np.argsort(ids)
+        poses = np.concatenate([track.poses[:, :moving], rest], axis=1)
+        rates = np.concatenate([track.rates[:, :moving], 0.0 * rest], axis=1)
+        return cls(
+            time=track.time,
+            object_id=matter[track.owner],
+            mass=np.where(np.isnan(track.mass), alike, track.mass).astype(np.float32),
+            positions=track.positions,
+            velocities=track.velocities,
+            poses=poses[:, order],
+            rates=rates[:, order],
+            solid_id=ids[order],
+            solid_mass=weights[order, 0],
+            solid_inertia=weights[order, 1],
+            gravity=np.array(scene.environment.gravity),
         )
-        time = rest[0] * np.array([steps for _, steps, _ in states], np.float64)
-        matter = np.full((2, len(states), N, 2), np.nan, np.float32)
-        moving = np.zeros((len(states), 2, K, 4))
-        for t, (living, _, numbers) in enumerate(states):
-            split = 4 * living
-            matter[:, t, :living] = numbers[:split].reshape(2, living, 2)
-            moving[t] = numbers[split:].reshape(2, K, 4)
-        pose, rates = moving[:, 0], moving[:, 1, :, :3]
-        angle = unwrap(np.arctan2(pose[..., 3], pose[..., 2]), rates[..., 2], time)
-        return States(
-            time=time,
-            object_id=owner.astype(np.int16),
-            mass=mass.astype(np.float32),
-            positions=matter[0],
-            velocities=matter[1],
-            poses=np.concatenate([pose[..., :2], angle[..., None]], axis=-1),
-            rates=rates,
-            solid_id=solids.astype(np.int16),
-            solid_mass=solid_mass,
-            solid_inertia=inertia,
-            gravity=gravity,
-        )
-
-
-def unwrap(angle: Floats, spin: Floats, time: Floats) -> Floats:
-    """Angles that go on past a full turn, also where a frame is more than half a turn.
-
-    Parameters
-    ----------
-    angle : ndarray, shape (T, K)
-        Angles [rad] but for full turns.
-    spin : ndarray, shape (T, K)
-        Their rates [rad/s]. The mean over two frames tells how many turns are between.
-    time : ndarray, shape (T,)
-        Times [s].
-
-    Returns
-    -------
-    ndarray, shape (T, K)
-        Angles [rad]; the first ones are as given.
-    """
-    steps = np.diff(angle, axis=0)
-    turned = 0.5 * (spin[1:] + spin[:-1]) * np.diff(time)[:, None]
-    steps += 2 * np.pi * np.round((turned - steps) / (2 * np.pi))
-    return np.concatenate([angle[:1], angle[:1] + np.cumsum(steps, axis=0)])
 
 
 def invariants(states: States, gravity: Sequence[float] | Floats) -> dict[str, Floats]:
@@ -223,17 +190,18 @@ def _plain(value: Floats) -> Any:
     return float(value) if np.isfinite(value) else None
 
 
-def save_states(path: Path, states: States, dtype: Dtype = "float32") -> None:
+def save_states(path: Path, states: States | Track, dtype: Dtype = "float32") -> None:
     """Write states and their invariants, for `numpy.load`; equal states, equal bytes.
 
     The entries are the attributes of `States` and, as `invariants/mass` and so on, the
-    invariants, which come from the states before they are rounded.
+    invariants, which come from the states before they are rounded. A track, of a
+    program whose scene is not known, has no invariants.
 
     Parameters
     ----------
     path : Path
         Compressed NumPy archive (.npz) to write, in one step.
-    states : States
+    states : States or Track
         What to write.
     dtype : {"float32", "float16"}
         Of positions and velocities. In half precision positions are within 0.25 mm,
@@ -250,8 +218,9 @@ def save_states(path: Path, states: States, dtype: Dtype = "float32") -> None:
     with np.errstate(over="ignore"):  # what is too fast for half precision is infinite
         for name in ("positions", "velocities"):
             arrays[name] = arrays[name].astype(dtype)
-    found = invariants(states, states.gravity)
-    arrays |= {f"invariants/{name}": values for name, values in found.items()}
+    if isinstance(states, States):
+        found = invariants(states, states.gravity)
+        arrays |= {f"invariants/{name}": values for name, values in found.items()}
     file = io.BytesIO()
     np.savez_compressed(file, **arrays)
     write_atomically(path, file.getvalue())

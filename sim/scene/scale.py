@@ -1,6 +1,7 @@
 """The same scene at another resolution or length."""
 
 from mpmworlds.sim.scene.scene import Scene
+from mpmworlds.sim.scene.steps import FINE, steps_of, with_fewest_steps
 
 
 def rescale(
@@ -11,8 +12,8 @@ def rescale(
 ) -> Scene:
     """Change cells and pixels per side, and what must change with them.
 
-    The time step follows the cell size and a frame lasts as long as before. The rate of
-    emission counts particles, whose area has changed, so mass per time stays.
+    The time step is the longest stable one and a frame lasts as long as before. The
+    rate of emission counts particles, whose area has changed, so mass per time stays.
 
     Parameters
     ----------
@@ -30,10 +31,8 @@ def rescale(
     """
     data = scene.to_data()
     sim = data["simulation"]
-    frame_time = sim["time_step_dt"] * sim["substeps_per_frame"]
     ratio = grid_resolution / sim["grid_resolution"]
-    sim["substeps_per_frame"] = max(round(sim["substeps_per_frame"] * ratio), 1)
-    sim["time_step_dt"] = float(f"{frame_time / sim['substeps_per_frame']:.9g}")
+    sim |= steps_of(scene, FINE)
     sim["grid_resolution"] = grid_resolution
     sim["duration_frames"] = duration_frames or sim["duration_frames"]
     walls = data["environment"]["walls"]
@@ -43,4 +42,5 @@ def rescale(
         if "emission" in thing:
             rate = thing["emission"]["rate"] * ratio**2
             thing["emission"]["rate"] = float(f"{rate:.9g}")
-    return Scene.from_data(data, f"scene at {grid_resolution} cells")
+    scaled = Scene.from_data(data, f"scene at {grid_resolution} cells")
+    return with_fewest_steps(scaled)

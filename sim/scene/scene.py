@@ -53,6 +53,15 @@ class Scene(Sections):
         """Parse and validate a scene file; raises `SceneError` like `from_data`."""
         return cls.from_data(parse_yaml(text, source), source)
 
+    @property
+    def materials(self) -> frozenset[str]:
+        """Names of the constitutive models of its matter and rigid bodies."""
+        return frozenset(
+            thing.physics_properties.constitutive_model
+            for thing in self.objects
+            if hasattr(thing, "physics_properties")
+        )
+
     def with_object(self, number: int, data: Any, source: str = "scene") -> "Scene":
         """A validated copy in which one object is another, given as plain data.
 

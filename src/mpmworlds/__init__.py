@@ -12,7 +12,7 @@ from mpmworlds.loaders import alias
 if TYPE_CHECKING:
     from mpmworlds import metrics as metrics
     from mpmworlds.loaders.load import load as load
-    from mpmworlds.sim.link import link as link
+    from mpmworlds.sim.program.link import link as link
     from mpmworlds.sim.run.run import run as run
     from mpmworlds.sim.scene.scene import Scene as Scene
 
@@ -21,7 +21,7 @@ __all__ = ["Scene", "link", "load", "metrics", "run"]
 
 _HOMES = {
     "Scene": "mpmworlds.sim.scene.scene",
-    "link": "mpmworlds.sim.link",
+    "link": "mpmworlds.sim.program.link",
     "load": "mpmworlds.loaders.load",
     "run": "mpmworlds.sim.run.run",
 }

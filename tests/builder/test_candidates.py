@@ -15,7 +15,6 @@ from mpmworlds.builder.manifest import text_sha256
 from mpmworlds.builder.modify import EDITS
 from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.emit import materials_of
 from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.splits.ids import SampleId
 from tests.builder.plans import SMALL
@@ -79,7 +78,7 @@ def test_other_samples_and_root_seeds_have_other_candidates(parents):
 def test_all_candidates_for_a_parent_have_as_many_objects_and_materials(parents):
     scenes = [draft.full for draft in parents if draft]
     assert len({len(scene.objects) for scene in scenes}) == 1
-    assert len({len(materials_of(scene)) for scene in scenes}) == 1
+    assert len({len(scene.materials) for scene in scenes}) == 1
 
 
 def test_a_parent_says_what_it_was_composed_of(origin):

@@ -14,7 +14,7 @@ from mpmworlds.builder.features import RECIPE_COLUMNS, recipe_features, release_
 from mpmworlds.builder.manifest import ManifestRow
 from mpmworlds.builder.release import build_release
 from mpmworlds.builder.statistics import count_scenes
-from mpmworlds.sim.materials import MATERIALS
+from mpmworlds.sim.scene.objects import MATERIALS
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,6 @@ import pytest
 
 from mpmworlds.builder.compose import KINDS_OF_MATTER, OBJECTS, compose, draw_counts
 from mpmworlds.builder.parts import HUE_STEP, VIVID, NoRoomError
-from mpmworlds.sim.emit import materials_of
 from mpmworlds.sim.scene.palette import PALETTE, hue_difference
 from mpmworlds.sim.scene.scene import Scene, SceneError
 from tests.sim.scenes import seeds_data
@@ -39,7 +38,7 @@ def parents():
 def test_objects_and_materials_are_as_many_as_asked_for(parents):
     for (count, kinds), (scene, _) in parents.items():
         assert len(scene.objects) == count
-        assert len(materials_of(scene)) == kinds
+        assert len(scene.materials) == kinds
 
 
 def test_objects_come_from_where_the_record_says(parents):

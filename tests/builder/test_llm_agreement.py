@@ -10,7 +10,7 @@ from mpmworlds.builder.llm.agreement import (
     edge_iou,
     frame_disagreements,
 )
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import Outcome
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.similarity import layout_image
@@ -44,9 +44,6 @@ def test_linked_program_agrees_with_its_scene():
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("#969696", "#FFFFFF", "objects[1].visualization.color is '#FFFFFF' in the"),
-        ("youngs_modulus=200000.0", "youngs_modulus=1e5", "youngs_modulus is 100000.0"),
-        ("seed=3", "seed=4", "simulation.seed is 4 in the program, 3 in the scene"),
         ("def frames", "def pictures", "the program defines no function frames()"),
         ("import sys", "import os, sys", "the program imports os, beyond"),
         ("import sys", "from .a import b", "the program imports .a, beyond"),
@@ -66,31 +63,20 @@ def test_difference_in_the_text_is_told_without_running_it(old, new, sentence):
     assert sentence in found[0]
 
 
-def test_program_of_a_scene_with_fewer_objects_is_told():
+def test_program_of_the_linker_is_not_even_run():
+    assert disagreements(SCENE, LINKED, execute=never) == []
+
+
+@pytest.mark.slow
+def test_program_of_another_scene_is_told_by_its_first_frame():
     fewer = Scene.from_data(scene_data(BODY, JET))
-    assert disagreements(SCENE, link(fewer), execute=never) == [
-        "objects has 2 entries in the program, not 3"
+    assert disagreements(SCENE, link(fewer)) == [
+        "the first frame shows nothing in #969696"
     ]
-
-
-def test_differences_are_told_up_to_a_number():
-    other = Scene.from_data(scene_data(BODY, OBSTACLE, JET, gravity=(1.0, -3.0)))
-    data = other.to_data()
-    data["simulation"] |= {"seed": 8, "duration_frames": 9, "particles_per_cell": 5}
-    data["output"]["framerate"] = 10
-    data["environment"]["walls"]["friction"] = 0.5
-    found = disagreements(SCENE, link(Scene.from_data(data)), execute=never)
-    assert len(found) == 5
 
 
 FREE = """\
 import numpy as np
-
-THINGS = [
-    {"object_type": "dynamic_body", "constitutive_model": "elastic"},
-    dict(object_type="static_collider"),
-    {"object_type": "emitter", "constitutive_model": "liquid"},
-]
 
 
 def frames():
@@ -98,19 +84,8 @@ def frames():
 """
 
 
-def test_program_in_another_form_is_judged_by_its_counts_and_its_first_frame():
+def test_program_in_another_form_is_judged_by_its_first_frame():
     assert disagreements(SCENE, FREE, execute=shows(layout_image(SCENE, 64))) == []
-    for old, new, sentence in (
-        ('"liquid"', '"sand"', "says constitutive_model 1 x elastic, 1 x sand, the "),
-        (
-            "dict(object_type",
-            "dict(kind",
-            "object_type 1 x dynamic_body, 1 x emitter, ",
-        ),
-    ):
-        found = disagreements(SCENE, FREE.replace(old, new), execute=never)
-        assert len(found) == 1
-        assert sentence in found[0]
 
 
 def test_program_is_run_and_its_first_frame_is_looked_at():

@@ -11,7 +11,7 @@ from mpmworlds.builder.llm.endpoint import Endpoint, Patience
 from mpmworlds.builder.llm.proposals import Asker, Filter, propose, world
 from mpmworlds.builder.llm.request import Sampling, child_requests, parent_requests
 from mpmworlds.builder.llm.transcript import Transcript
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.scene import Scene
 from tests.builder.llm_server import (
     KEY,

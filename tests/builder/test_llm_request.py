@@ -13,7 +13,7 @@ from mpmworlds.builder.llm.request import (
 )
 from mpmworlds.builder.modify import EDITS
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.palette import PALETTE
 
 SEEDS = dict(list(load_seeds().items())[:6])

@@ -19,7 +19,7 @@ from mpmworlds.builder.materialise import ATTEMPTS, materialise
 from mpmworlds.builder.render import Job, render_job, render_row
 from mpmworlds.builder.store import Store
 from mpmworlds.builder.timings import read_timings
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4
 from mpmworlds.sim.scene.scene import Scene
 

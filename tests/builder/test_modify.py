@@ -16,9 +16,9 @@ from mpmworlds.builder.parts import (
     renamed,
 )
 from mpmworlds.sim.scene.fields import polygon_area
+from mpmworlds.sim.scene.objects import SHAPES
 from mpmworlds.sim.scene.palette import PALETTE, hue_difference, saturation
 from mpmworlds.sim.scene.scene import Scene, SceneError
-from mpmworlds.sim.shapes import SHAPES
 from tests.builder.edits import (
     POOL,
     SCENES,

@@ -27,12 +27,11 @@ from mpmworlds.builder.parts import (
     set_in_motion,
     weighted,
 )
-from mpmworlds.sim.materials import MATERIALS as MODELS
-from mpmworlds.sim.motions import MOTIONS
-from mpmworlds.sim.physics.emission import hose
+from mpmworlds.sim.program.features.emissions.hose import Hose
+from mpmworlds.sim.scene.objects import MATERIALS as MODELS
+from mpmworlds.sim.scene.objects import MOTIONS, SHAPES
 from mpmworlds.sim.scene.palette import PALETTE, hue_difference
 from mpmworlds.sim.scene.scene import Scene
-from mpmworlds.sim.shapes import SHAPES
 from tests.builder.edits import (
     SCENES,
     changes,
@@ -132,9 +131,9 @@ def test_a_mirrored_motion_is_the_mirror_image_of_the_motion(thing):
 
 def test_a_mirrored_hose_swings_to_the_other_side():
     thing = scene_data(HOSE)["objects"][0]
-    time, _, velocity = hose(thing["emission"], 0.05, 0.01)
+    time, _, velocity = Hose.model_validate(thing["emission"]).births(0.05, 0.01)
     mirror(thing)
-    again, _, other = hose(thing["emission"], 0.05, 0.01)
+    again, _, other = Hose.model_validate(thing["emission"]).births(0.05, 0.01)
     np.testing.assert_array_equal(again, time)
     np.testing.assert_allclose(other, velocity * [-1, 1])
 

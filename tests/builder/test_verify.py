@@ -15,7 +15,7 @@ from mpmworlds.builder.release import build_release
 from mpmworlds.builder.store import Store
 from mpmworlds.builder.verify import verify_release
 from mpmworlds.files.checksums import write_checksums
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import encode_mp4
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.palette import PALETTE

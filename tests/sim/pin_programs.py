@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 
 PINNED = Path(__file__).with_name("program_sha256.json")
 

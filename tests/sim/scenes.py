@@ -5,6 +5,7 @@ from functools import cache
 
 from hypothesis import strategies as st
 
+from mpmworlds.builder.candidates import editable
 from mpmworlds.builder.compose import compose, draw_counts
 from mpmworlds.builder.modify import modify
 from mpmworlds.builder.parts import NoRoomError
@@ -12,6 +13,7 @@ from mpmworlds.builder.perturb import perturb
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.streams import stream
 from mpmworlds.sim.scene.scene import Scene, SceneError
+from mpmworlds.sim.scene.steps import with_fewest_steps
 
 MANY = 44  # random scenes in all
 
@@ -229,7 +231,7 @@ def first_valid(draw, number):
 @cache
 def seeds_data():
     """Plain data of the seeds by name. Not to be changed."""
-    return {name: scene.to_data() for name, scene in load_seeds().items()}
+    return {name: editable(scene) for name, scene in load_seeds().items()}
 
 
 @cache
@@ -248,7 +250,7 @@ def random_scene(number):
 
     data = first_valid(edited if number % 4 else composed, number).to_data()
     perturb(rng, data)
-    return Scene.from_data(data, str(number))
+    return with_fewest_steps(Scene.from_data(data, str(number)))
 
 
 scenes = st.integers(0, MANY - 1).map(random_scene)

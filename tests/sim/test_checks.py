@@ -5,16 +5,10 @@ import math
 
 import pytest
 
-from mpmworlds.sim.scene.checks import (
-    COURANT,
-    DIFFUSION,
-    HUE_STEP,
-    fastest_step,
-    jet_width,
-    spacing,
-)
+from mpmworlds.sim.scene.checks import HUE_STEP, jet_width
 from mpmworlds.sim.scene.palette import PALETTE
 from mpmworlds.sim.scene.scene import Scene, SceneError
+from mpmworlds.sim.scene.steps import COURANT, DIFFUSION, fastest_step, spacing
 from tests.sim.scenes import (
     BELT,
     BODY,

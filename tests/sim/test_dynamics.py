@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
+from mpmworlds.sim.program.linking.cast import Cast
 from mpmworlds.sim.scene.palette import rgb
 from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, FAN, GATE, JET, LIQUID, OBSTACLE, SAND, scene_data
@@ -24,7 +25,7 @@ for frame in program.frames():
     frames.append(frame)
     x.append(program.x.to_numpy())
     v.append(program.v.to_numpy())
-np.savez(sys.argv[1], frames=frames, x=x, v=v, owner=program.OWNER)
+np.savez(sys.argv[1], frames=frames, x=x, v=v, owner=program.owner.to_numpy())
 """
 
 
@@ -71,7 +72,10 @@ def record(tmp_path_factory):
         folder.joinpath("record.py").write_text(RECORD, "ascii")
         command = [sys.executable, "record.py", "states.npz"]
         subprocess.run(command, cwd=folder, check=True, timeout=300)
-        return Record(scene, **np.load(folder / "states.npz"))
+        found = dict(np.load(folder / "states.npz"))
+        numbers = [scene.objects.index(thing) for thing in Cast(scene).matter]
+        found["owner"] = np.array(numbers)[found["owner"]]
+        return Record(scene, **found)
 
     return run
 

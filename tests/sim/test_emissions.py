@@ -6,16 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from mpmworlds.sim.emissions import EMISSIONS, AnyEmission, Hose, Rain
-from mpmworlds.sim.physics.emission import hose, jet, rain
-from mpmworlds.sim.scene import checks
+from mpmworlds.sim.program.features.emissions.hose import Hose
+from mpmworlds.sim.program.features.emissions.rain import Rain
+from mpmworlds.sim.scene.objects import EMISSIONS, AnyEmission
 from mpmworlds.sim.scene.scale import rescale
 from mpmworlds.sim.scene.scene import Scene
+from mpmworlds.sim.scene.steps import spacing
 from tests.sim.scenes import RAIN as RAINING
 from tests.sim.scenes import scene_data
 
 SPACING = 1 / 256
-FUNCTIONS = {"hose": hose, "jet": jet, "rain": rain}
 JET = {"rate": 1500.0, "velocity": [1.2, -0.9], "start": 0.5, "stop": 1.4}
 HOSE = JET | {"type": "hose", "swing_deg": 40.0, "period": 0.6}
 RAIN = JET | {"type": "rain", "rate": 900.0, "drop_radius": 0.012}
@@ -29,7 +29,7 @@ def emission_of(data):
 
 
 def births(emission, width=WIDTH, spacing=SPACING):
-    return FUNCTIONS[emission.type](emission.model_dump(mode="json"), width, spacing)
+    return emission.births(width, spacing)
 
 
 def densest(emission, width=WIDTH, spacing=SPACING):
@@ -51,8 +51,7 @@ def distances(points):
 
 
 def test_every_emission_of_the_schema_is_tested():
-    assert GIVEN.keys() == FUNCTIONS.keys() == EMISSIONS.keys()
-    assert all(name == function.__name__ for name, function in FUNCTIONS.items())
+    assert GIVEN.keys() == EMISSIONS.keys()
 
 
 def test_an_emission_without_a_type_is_a_jet():
@@ -185,7 +184,7 @@ def test_rain_falls_in_as_many_drops_at_any_resolution(cells):
     other = rescale(scene, cells, 64)
     drops = []
     for s in (scene, other):
-        emission, space = s.objects[0].emission, checks.spacing(s)
+        emission, space = s.objects[0].emission, spacing(s)
         drops.append(emission.count(space) / emission.drop(space))
     assert drops[1] == pytest.approx(drops[0], rel=0.1)
 

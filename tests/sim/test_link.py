@@ -1,4 +1,4 @@
-"""A program is its scene, the skeleton, and the library's own functions: no more."""
+"""A program is straight code for its scene: whole, formatted, nothing unused."""
 
 import ast
 import json
@@ -9,13 +9,16 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
-from importlib.resources import files
+from itertools import groupby
 
 import pytest
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim import link as linker
-from mpmworlds.sim.link import LinkError, link, read_scene, unresolved
+from mpmworlds.sim.program.link import LinkError, link, unresolved
+from mpmworlds.sim.program.linking import sections
+from mpmworlds.sim.program.linking.layout import folded, number, rows
+from mpmworlds.sim.program.linking.source import library
+from mpmworlds.sim.scene.checks import MATERIAL_WORDS
 from mpmworlds.sim.scene.scene import Scene
 from tests.sim.pin_programs import PINNED, checksums
 from tests.sim.scenes import (
@@ -43,14 +46,8 @@ from tests.sim.scenes import (
     scene_data,
 )
 
-SIM = files("mpmworlds.sim")
-LIBRARY = {
-    path.name: path.read_text("ascii")
-    for path in SIM.joinpath("physics").iterdir()
-    if path.name.endswith(".py")
-}
-SKELETON = SIM.joinpath("skeleton.py").read_text("ascii")
-IMPORT = re.compile(r"\s*(import|from) ").match
+IMPORT = re.compile(r"(import|from) ").match
+HOOK = re.compile(r"\bhook\b")
 SPECIAL = {
     "jet": [JET],
     "body": [BODY],
@@ -70,6 +67,10 @@ SPECIAL = {
     "all": [BODY, OBSTACLE, FAN, JET],
     "egg and bowl": [EGG, BOWL],
     "belt": [EGG, BELT],
+    "belt for a time": [
+        EGG,
+        BELT | {"kinematics": BELT["kinematics"] | {"start": 0.1, "stop": 0.5}},
+    ],
     "rocker": [EGG, ROCKER],
     "rain": [RAIN, BOWL],
     "hose": [HOSE],
@@ -94,25 +95,6 @@ class Program:
 def functions_of(body):
     """Functions among statements by their names."""
     return {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
-
-
-def first_line(node):
-    """Number of the line on which a function starts, decorators included."""
-    return min([node.lineno, *(d.lineno for d in node.decorator_list)])
-
-
-def sources_of(text):
-    """Text of every function at the top level, decorators included."""
-    lines = text.splitlines()
-    return {
-        name: "\n".join(lines[first_line(node) - 1 : node.end_lineno])
-        for name, node in functions_of(ast.parse(text).body).items()
-    }
-
-
-LIBRARY_SOURCES = {
-    k: v for text in LIBRARY.values() for k, v in sources_of(text).items()
-}
 
 
 @pytest.fixture(scope="module")
@@ -141,33 +123,55 @@ def folder(programs, tmp_path_factory):
 def test_random_scenes_have_many_forms(programs):
     scenes = [program.scene for program in programs.values()]
     assert len({scene.to_yaml() for scene in scenes}) > 40
-    assert len({frozenset(linker.features(scene)) for scene in scenes}) > 6
+    assert len({scene.materials for scene in scenes}) > 6
 
 
-def test_reading_the_scene_back_gives_the_scene(programs):
-    assert all(read_scene(p.text) == p.scene for p in programs.values())
-
-
-def test_library_functions_stand_in_programs_verbatim(programs):
-    seen = set()
-    for program in programs.values():
-        for name in LIBRARY_SOURCES.keys() & functions_of(program.body).keys():
-            assert f"\n\n{LIBRARY_SOURCES[name]}\n\n" in program.text
-            seen.add(name)
-    assert seen == LIBRARY_SOURCES.keys()
+def test_functions_without_hooks_stand_in_programs_verbatim(programs):
+    whole = {
+        name: piece
+        for name, piece in library().functions.items()
+        if not HOOK.search(piece.text)
+    }
+    names = {
+        name for program in programs.values() for name in functions_of(program.body)
+    }
+    texts = "".join(program.text for program in programs.values())
+    changed = {n for n in whole.keys() & names if f"\n{whole[n].text}\n" not in texts}
+    assert not changed
+    assert len(whole.keys() & names) > 40
 
 
 def test_programs_have_no_dead_function(programs):
     for name, program in programs.items():
         functions = functions_of(program.body)
         waiting = [n for n in program.body if not isinstance(n, ast.FunctionDef)]
-        reached = set()
+        reached = {"frames"}
+        waiting.append(functions["frames"])
         while waiting:
             used = {n.id for n in ast.walk(waiting.pop()) if isinstance(n, ast.Name)}
             found = used & functions.keys() - reached
             reached |= found
             waiting += [functions[f] for f in found]
         assert reached == functions.keys(), name
+
+
+def test_programs_have_no_dead_constant_or_field(programs):
+    for name, program in programs.items():
+        bound = {
+            target.id
+            for node in program.body
+            if isinstance(node, ast.Assign)
+            for part in node.targets
+            for target in ast.walk(part)
+            if isinstance(target, ast.Name)
+        }
+        read = {
+            n.id
+            for n in ast.walk(ast.parse(program.text))
+            if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)
+        }
+        unused = bound - read - {"_", "GRAVITY", "WALL", "AREA", "SPACING", "GRID"}
+        assert not unused, name
 
 
 def test_programs_define_nothing_twice(programs):
@@ -177,15 +181,29 @@ def test_programs_define_nothing_twice(programs):
 
 
 def test_programs_import_the_standard_library_and_three_packages(programs):
+    allowed = {"math", "sys", "cv2", "numpy", "taichi", "taichi.math"}
     for program in programs.values():
         lines = [line.split()[1] for line in program.text.splitlines() if IMPORT(line)]
-        assert lines == ["sys", "cv2", "numpy", "taichi", "taichi.math"]
+        assert {"cv2", "numpy", "taichi"} <= set(lines) <= allowed
 
 
-def test_programs_keep_no_mark_of_the_skeleton(programs):
+def test_programs_keep_nothing_of_how_they_are_made(programs):
     for program in programs.values():
-        assert "region" not in program.text
-        assert "mpmworlds" not in program.text
+        assert not re.search(r"\b(hook|mpmworlds|skip)\b", program.text)
+
+
+def test_the_sentence_on_a_scene_names_no_material(programs):
+    for program in programs.values():
+        first = ast.get_docstring(ast.parse(program.text)).splitlines()[0]
+        assert not any(word in first.lower() for word in MATERIAL_WORDS)
+
+
+def test_programs_follow_the_order_of_a_story(programs):
+    sections_of = re.compile(r"^# ([A-Z].*)$", re.MULTILINE)
+    story = ["Numbers", "Matter", "Walls and solids", "Laws", "A step", "The picture"]
+    for program in programs.values():
+        found = [title for title in sections_of.findall(program.text) if title in story]
+        assert [title for title, _ in groupby(found)] == story
 
 
 def test_programs_compile_and_are_ascii(programs):
@@ -232,6 +250,12 @@ def test_the_program_of_a_seed_is_the_recorded_one(texts, seed):
     )
 
 
+def test_programs_of_the_seeds_are_short():
+    lines = sorted(link(scene).count("\n") for scene in load_seeds().values())
+    assert statistics.median(lines) <= 290
+    assert lines[-1] <= 465
+
+
 def test_linking_is_fast():
     seeds = load_seeds().values()
     seconds = []
@@ -242,31 +266,10 @@ def test_linking_is_fast():
     assert statistics.median(seconds[len(seeds) :]) < 0.05
 
 
-def test_the_scene_of_the_skeleton_links_to_the_skeleton():
-    linked = link(read_scene(SKELETON))
-    code, expected = ast.parse(linked).body, ast.parse(SKELETON).body
-    constants = {"SIMULATION", "ENVIRONMENT", "OBJECTS", "OUTPUT", "KINDS"}
-
-    def belongs(node):
-        """Whether a statement is the same in both: no import, constant or library."""
-        own = getattr(node, "name", None) not in LIBRARY_SOURCES
-        target = getattr(node, "targets", [None])[0]
-        return own and not (
-            isinstance(node, ast.Import | ast.ImportFrom)
-            or (isinstance(target, ast.Name) and target.id in constants)
-        )
-
-    assert [ast.unparse(node) for node in code if belongs(node)] == [
-        ast.unparse(node) for node in expected if belongs(node)
-    ]
-
-
 def test_a_name_that_nothing_defines_is_an_error(monkeypatch):
-    def careless(scene):
-        return "def stress(p, m):\n    return vanish(p) + ti.sin(m)\n"
-
-    monkeypatch.setitem(linker.REGIONS, "materials", careless)
-    with pytest.raises(LinkError, match="undefined names: vanish"):
+    monkeypatch.setattr(sections, "header", lambda cast, body: "")
+    monkeypatch.setattr("mpmworlds.sim.program.link.header", lambda cast, body: "")
+    with pytest.raises(LinkError, match="undefined names: cconj, clamp"):
         link(Scene.from_data(scene_data()))
 
 
@@ -284,42 +287,40 @@ def test_unresolved_names_are_those_that_are_read_but_never_bound(text, names):
     assert unresolved(text) == names
 
 
-@pytest.mark.parametrize("name", LIBRARY)
-def test_library_files_hold_functions_of_taichi_or_of_numpy_only(name):
-    module, *rest = ast.parse(LIBRARY[name]).body
-    assert isinstance(module, ast.Expr)
-    numpy = "import numpy as np" in LIBRARY[name]
-    for node in rest:
-        if isinstance(node, ast.ImportFrom):
-            assert node.module == "taichi.math" or node.module.startswith(
-                "mpmworlds.sim.physics."
-            )
-        elif isinstance(node, ast.Import):
-            assert ast.unparse(node) in ("import taichi as ti", "import numpy as np")
-        else:
-            assert isinstance(node, ast.FunctionDef)
-            decorators = [ast.unparse(d) for d in node.decorator_list]
-            assert decorators == ([] if numpy else ["ti.func"])
-            assert ast.get_docstring(node)
-
-
-def test_library_functions_have_names_of_their_own():
-    count = sum(text.count("\ndef ") for text in LIBRARY.values())
-    assert len(LIBRARY_SOURCES) == count
+def test_functions_of_the_library_say_what_they_are():
+    for piece in library().functions.values():
+        (function,) = ast.parse(piece.text).body
+        assert ast.get_docstring(function), piece.name
 
 
 def test_no_local_name_hides_a_library_function():
-    for text in (*LIBRARY.values(), SKELETON):
-        for function in functions_of(ast.parse(text).body).values():
-            taken = {arg.arg for arg in function.args.args} | {
-                node.id
-                for node in ast.walk(function)
-                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
-            }
-            assert not taken & LIBRARY_SOURCES.keys(), function.name
+    names = library().functions.keys() - {"place"}  # a kernel, which nothing calls
+    for piece in library().functions.values():
+        (function,) = ast.parse(piece.text).body
+        taken = {arg.arg for arg in function.args.args} | {
+            node.id
+            for node in ast.walk(function)
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+        }
+        assert not taken & names, piece.name
 
 
-def test_library_functions_read_nothing_but_arguments_and_each_other():
-    math = {"np", "ti", "vec2", "vec3", "vec4", "ivec2", "cmul", "cconj"}
-    for name, source in LIBRARY_SOURCES.items():
-        assert set(unresolved(source)) <= LIBRARY_SOURCES.keys() | math, name
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(60, "60"), (5e5, "5e5"), (2.5e-4, "2.5e-4"), (0.31, "0.31"), (-2.0, "-2.0")],
+)
+def test_numbers_are_short_and_exact(value, text):
+    assert number(value) == text
+    assert float(number(value)) == value
+
+
+def test_long_statements_are_split_as_the_formatter_does():
+    long = f"found = call({', '.join(f'argument_{i}' for i in range(12))})"
+    assert len(folded([long])) == 14
+    assert folded(["x = 1"]) == ["x = 1"]
+    corners = [f"({i}.0, {i}.5)" for i in range(12)]
+    found = rows("CORNERS", f"[{', '.join(corners)}]")
+    assert found[0] == "CORNERS = ["
+    assert eval("\n".join(found).removeprefix("CORNERS = ")) == [
+        (float(i), i + 0.5) for i in range(12)
+    ]

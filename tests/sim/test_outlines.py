@@ -7,9 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mpmworlds.sim.program.features.shapes.box import Box
+from mpmworlds.sim.program.features.shapes.circle import Circle
+from mpmworlds.sim.program.features.shapes.fan_blades import FanBlades
+from mpmworlds.sim.program.features.shapes.polygon import Polygon
+from mpmworlds.sim.program.features.shapes.ring import Ring
 from mpmworlds.sim.scene.checks import overlap
 from mpmworlds.sim.scene.outlines import centroid
-from mpmworlds.sim.shapes import Box, Circle, FanBlades, Polygon, Ring
 
 NOTCHED = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, -0.1], [-0.2, 0.2]]
 

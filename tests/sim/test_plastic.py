@@ -5,48 +5,53 @@ import pytest
 from hypothesis import given
 
 from tests.sim.lab import N, deformations, generators, many
-from tests.sim.laws import MU, PLASTIC, SLOPE, YIELD
+from tests.sim.laws import MU, SLOPE, YIELD, law, plastic
 
 SLOPES = pytest.mark.parametrize("slope", [0.0, SLOPE])
 
 
-def half_difference(F):
-    """Half difference of the principal log strains (n,)."""
-    e = np.log(np.linalg.svd(F, compute_uv=False))
-    return 0.5 * (e[:, 0] - e[:, 1])
+def shear(F):
+    """tanh of half the difference of the principal log strains (n,)."""
+    s = np.linalg.svd(F, compute_uv=False)
+    return (s[:, 0] - s[:, 1]) / (s[:, 0] + s[:, 1])
+
+
+def slip(found):
+    """Plastic shear strain (n,), 0 for a solid that does not harden."""
+    return found.states.get("slip", np.zeros(N))
 
 
 @SLOPES
 @many
 @given(rng=generators)
 def test_shear_stress_is_at_most_the_hardened_yield_stress(slope, rng):
-    F, q = deformations(rng, 0.6, 1.6), rng.uniform(1.0, 1.3, N)
-    found = PLASTIC(F, q, YIELD, slope)
-    strength = YIELD + slope * (found.q - 1)
-    assert (found.shear <= strength + 1e-12).all()
-    yields = 2 * MU * half_difference(F) > YIELD + slope * (q - 1)
+    F, q = deformations(rng, 0.6, 1.6), rng.uniform(0.0, 0.3, N)
+    found = plastic(F, q, slope)
+    strength = YIELD + slope * slip(found)
+    assert (found.shear <= strength + 1e-8).all()
+    yields = 2 * MU * shear(F) > YIELD + slope * q
     assert 10 < yields.sum() < N - 10
     np.testing.assert_allclose(found.shear[yields], strength[yields])
-    np.testing.assert_allclose(found.F[~yields], F[~yields], atol=1e-14)
+    np.testing.assert_allclose(found.F[~yields], F[~yields], atol=1e-8)
 
 
-@SLOPES
 @many
 @given(rng=generators)
-def test_plastic_shear_strain_is_what_the_elastic_strain_lost(slope, rng):
-    F, q = deformations(rng, 0.6, 1.6), rng.uniform(1.0, 1.3, N)
-    found = PLASTIC(F, q, YIELD, slope)
-    lost = 2 * (half_difference(F) - half_difference(found.F))
-    np.testing.assert_allclose(found.q - q, lost, atol=1e-12)
+def test_plastic_shear_strain_is_what_the_elastic_strain_lost(rng):
+    F, q = deformations(rng, 0.6, 1.6), rng.uniform(0.0, 0.3, N)
+    found = plastic(F, q, SLOPE)
+    lost = 2 * (shear(F) - shear(found.F))
+    np.testing.assert_allclose(found.q - q, lost, atol=1e-8)
     assert (found.q >= q).all()
 
 
 def test_hardening_raises_stress_at_the_plastic_tangent_in_simple_shear():
-    tau, q, F = [], 1.0, np.eye(2)[None]
+    tau, q, F = [], 0.0, np.eye(2)[None]
     k, slope, step = 0.01, 0.05, 1e-4
+    hardens = law("plastic", yield_stress=k, hardening_modulus=slope)
     for _ in range(600):
         F = (np.eye(2) + step * np.eye(2, k=1)) @ F
-        found = PLASTIC(F, q, k, slope)
+        found = hardens(F, q)
         F, q = found.F, found.q
         tau.append(found.tau[0, 0, 1])
     rate = np.gradient(tau, step)

@@ -8,9 +8,9 @@ from benchmarks.physics.contact import signed_depth
 
 from mpmworlds.builder.screen import fastest_explained
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
-from mpmworlds.sim.run.states import invariants
+from mpmworlds.sim.run.states import States, invariants
 from mpmworlds.sim.scene.scale import rescale
 from tests.sim.scenes import random_scene
 
@@ -43,7 +43,7 @@ def trial_of(scene):
     small = rescale(scene, CELLS, PIXELS, FRAMES)
     outcome = run(link(small), timeout=300, states=True)
     assert outcome.status == "ok", outcome.message
-    return Trial(small, outcome.states)
+    return Trial(small, States.of(small, outcome.states))
 
 
 def check(trial):

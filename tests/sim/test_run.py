@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4, encode_mp4, frames_sha256
 from mpmworlds.sim.run.run import RunError, run
 from mpmworlds.sim.scene.palette import rgb
@@ -177,7 +177,7 @@ def test_the_video_of_a_release_holds_the_frames_bit_for_bit(scene, frames):
 
 
 def test_a_user_gets_a_playable_preview(scene, frames, tmp_path):
-    program, video = tmp_path / "program.py", tmp_path / "out.mp4"
+    program, video = tmp_path / "program.py", tmp_path / "out.webm"
     program.write_text(link(scene), "utf-8")
     command = [sys.executable, program.name, video.name]
     subprocess.run(command, cwd=tmp_path, check=True, timeout=120)

@@ -7,16 +7,10 @@ they run on few cells. `python -m benchmarks.physics --coarse` prints what they 
 import pytest
 from benchmarks.physics import CASES
 
-FAULTS = {
-    "liquid_at_rest_has_hydrostatic_pressure": "pressure rises 6 to 8 % too steeply",
-}
-
 
 def marks(case):
     if case.slow:
         yield pytest.mark.slow
-    if case.name in FAULTS:
-        yield pytest.mark.xfail(reason=FAULTS[case.name], strict=True)
 
 
 @pytest.mark.parametrize(

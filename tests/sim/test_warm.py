@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.run.warm import WarmStart
 from mpmworlds.sim.scene.palette import rgb
@@ -31,7 +31,7 @@ FAILURES = {
     "exit": ("import os\nos._exit(0)\n", "crash", "without a report"),
     "bomb": ("x = [bytearray(1 << 28) for _ in range(99)]", "out_of_memory", "MiB"),
     "no frames()": ("frames = 3\n", "no_frames", "defines no function frames()"),
-    "no states": ("def frames():\n    yield 3\n", "no_states", "has no AREA"),
+    "no states": ("def frames():\n    yield 3\n", "no_states", "has no DT, SUBSTEPS"),
 }
 
 

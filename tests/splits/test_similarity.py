@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from mpmworlds.sim.link import link
+from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.similarity import (

@@ -52,7 +52,7 @@ def link(options: argparse.Namespace) -> int:
 
 def _program(path: Path) -> str:
     """The program of a scene file."""
-    from mpmworlds.sim.link import link as link_scene
+    from mpmworlds.sim.program.link import link as link_scene
     from mpmworlds.sim.scene.scene import Scene
 
     return link_scene(Scene.from_yaml(read_text(path), str(path)))
@@ -100,22 +100,23 @@ def add_run(verbs: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run a program and write what was asked for."""
     from mpmworlds.files.atomic import write_atomically
-    from mpmworlds.sim.link import read_scene
+    from mpmworlds.sim.program.link import link as link_scene
     from mpmworlds.sim.run.encode import encode_mp4, frames_sha256
     from mpmworlds.sim.run.run import run as run_program
-    from mpmworlds.sim.run.states import save_states, summary
+    from mpmworlds.sim.run.states import States, save_states, summary
+    from mpmworlds.sim.scene.scene import Scene
 
     for name, value in (("frames", options.frames), ("framerate", options.framerate)):
         if value is not None and value < 1:
             raise ValueError(f"--{name} {value}: must be at least 1")
     if not options.timeout > 0:
         raise ValueError(f"--timeout {options.timeout}: must be more than 0")
-    framerate = options.framerate
+    framerate, scene = options.framerate, None
     if options.source.suffix == ".py":
         program = read_text(options.source)
     else:
-        program = _program(options.source)
-        framerate = read_scene(program).output.framerate
+        scene = Scene.from_yaml(read_text(options.source), str(options.source))
+        program, framerate = link_scene(scene), scene.output.framerate
     outcome = run_program(
         program, options.frames, options.timeout, states=options.states is not None
     )
@@ -132,8 +133,10 @@ def run(options: argparse.Namespace) -> int:
         if options.sheet:
             write_atomically(options.sheet, _png(outcome.frames))
         if outcome.states:
-            save_states(options.states, outcome.states, options.states_dtype)
-            result["invariants"] = summary(outcome.states)
+            states = States.of(scene, outcome.states) if scene else outcome.states
+            save_states(options.states, states, options.states_dtype)
+            if isinstance(states, States):
+                result["invariants"] = summary(states)
     if options.json:
         print(json.dumps(result))
     else:

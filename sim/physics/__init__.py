@@ -1,1 +1,0 @@
-"""The only formulas of the solver: Taichi functions that programs are linked from."""

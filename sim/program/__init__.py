@@ -1,0 +1,1 @@
+"""Programs: the features that scenes are made of, and the linker that writes them."""

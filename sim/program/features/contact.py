@@ -1,0 +1,6 @@
+"""What contacts have in common: the laws by which a surface acts on the grid.
+
+The module of a law has two hooks for the velocity u of a node in contact with a surface
+of outward normal n: `touch`, of one that stays where it is, and `meet`, of one that
+moves at w. They may take the Coulomb coefficient.
+"""

@@ -1,0 +1,26 @@
+"""Separating contact: no motion inwards, Coulomb friction."""
+
+from mpmworlds.sim.program.words import (
+    hook,
+    ti,
+)
+
+
+@ti.func
+def slide(u, n, friction):
+    """Velocity u where a surface of normal n stops the part into it, with friction."""
+    into = ti.min(u.dot(n), 0.0)
+    u -= into * n
+    return u * ti.max(1.0 + friction * into / ti.max(u.norm(), 1e-9), 0.0)
+
+
+@hook.touch
+def touch(u, n, friction):
+    u = slide(u, n, friction)
+    return u
+
+
+@hook.touch
+def meet(u, w, n, friction):
+    u = w + slide(u - w, n, friction)
+    return u

@@ -1,0 +1,1 @@
+"""What the linker works with: sources, roles of objects, text, layout."""
