@@ -8,6 +8,7 @@ it still plays in browsers and decodes with OpenCV alone.
 import hashlib
 import io
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any, Final
 
 import av
@@ -68,12 +69,17 @@ def encode_mp4(frames: Frames, framerate: int) -> bytes:
     _check_frames(frames)
     if framerate < 1:
         raise ValueError(f"framerate = {framerate}, must be at least 1 frame a second")
-    data = encode_unchecked(frames, framerate)
-    _check_survival(frames, decode_mp4(data))
+    _check_colors(frames)
+    sent: list[bytes] = []
+    data = encode_unchecked(frames, framerate, sent)
+    if list(_received(data)) != sent:
+        raise ColorError("the codec has changed a picture; report it with the frames")
     return data
 
 
-def encode_unchecked(frames: Frames, framerate: int) -> bytes:
+def encode_unchecked(
+    frames: Frames, framerate: int, digests: list[bytes] | None = None
+) -> bytes:
     """Encode like ``encode_mp4``, without the proof that every colour survives.
 
     Parameters
@@ -82,6 +88,8 @@ def encode_unchecked(frames: Frames, framerate: int) -> bytes:
         uint8 (T, H, W, 3), RGB.
     framerate
         Frames per second [1/s].
+    digests
+        Takes one of the YUV planes of each picture, if it is given.
 
     Returns
     -------
@@ -101,6 +109,8 @@ def encode_unchecked(frames: Frames, framerate: int) -> bytes:
             codec.colorspace = codec.color_primaries = codec.color_trc = _SMPTE170M
             codec.color_range = _LIMITED_RANGE
             for picture in _pictures(frames):
+                if digests is not None:
+                    digests.append(_digest(picture))
                 container.mux(stream.encode(picture))
             container.mux(stream.encode(None))
         return path.read_bytes()
@@ -191,16 +201,62 @@ def _pictures(frames: Frames) -> Iterator[av.VideoFrame]:
         )
 
 
-def _check_survival(sent: Frames, received: Frames) -> None:
-    if sent.shape != received.shape:
-        raise ColorError(f"{sent.shape} frames were decoded as {received.shape}")
-    changed = np.argwhere((sent != received).any(axis=-1))
-    if not len(changed):
+def _digest(picture: av.VideoFrame) -> bytes:
+    """SHA-256 of the planes of a picture."""
+    digest = hashlib.sha256()
+    for plane in picture.planes:
+        rows = np.frombuffer(memoryview(plane), np.uint8).reshape(
+            plane.height, plane.line_size
+        )
+        digest.update(np.ascontiguousarray(rows[:, : plane.width]).data)
+    return digest.digest()
+
+
+def _received(data: bytes) -> Iterator[bytes]:
+    """Digests of the pictures of a file."""
+    with av.open(io.BytesIO(data), "r") as container:
+        container.streams.video[0].codec_context.thread_count = 1
+        for picture in container.decode(video=0):
+            yield _digest(picture)
+
+
+def _check_colors(frames: Frames) -> None:
+    """Hold frames to colours that come back from the planes of a video unchanged.
+
+    Each pixel is converted by itself, as no plane is smaller than the picture, so it is
+    enough to look at each colour once.
+    """
+    seen = np.zeros(1 << 24, np.bool_)
+    for frame in frames:
+        seen[_packed(frame)] = True
+    lost = _lost(tuple(np.flatnonzero(seen).tolist()))
+    if not lost:
         return
-    index, row, column = (int(i) for i in changed[0])
-    color = "#{:02X}{:02X}{:02X}".format(*sent[index, row, column])
-    raise ColorError(
-        f"frame {index}: colour {color} at row {row}, column {column} does not survive "
-        f"the codec; draw with palette colours on {BACKGROUND}, the nearest is "
-        f"{nearest(color)} ({name_of(color)})"
-    )
+    for index, frame in enumerate(frames):
+        places = np.argwhere(np.isin(_packed(frame), lost))
+        if len(places):
+            row, column = (int(i) for i in places[0])
+            color = "#{:02X}{:02X}{:02X}".format(*frame[row, column])
+            raise ColorError(
+                f"frame {index}: colour {color} at row {row}, column {column} does not "
+                f"survive the codec; draw with palette colours on {BACKGROUND}, the "
+                f"nearest is {nearest(color)} ({name_of(color)})"
+            )
+
+
+def _packed(frame: Frames) -> npt.NDArray[np.uint32]:
+    """Colours of a frame (H, W) as numbers."""
+    bgra = cv2.cvtColor(np.ascontiguousarray(frame), cv2.COLOR_RGB2BGRA)
+    numbers: Any = bgra.view("<u4")[..., 0] & 0xFFFFFF
+    return np.asarray(numbers, np.uint32)
+
+
+@lru_cache(256)
+def _lost(colors: tuple[int, ...]) -> tuple[int, ...]:
+    """Those of some colours that a video gives back changed."""
+    squares = np.resize(np.array(colors, "<u4"), (-(-len(colors) // 16), 4, 4))
+    wide = np.ascontiguousarray(squares.repeat(16, axis=1).repeat(16, axis=2))
+    rgb = wide.view(np.uint8).reshape(*wide.shape, 4)[..., 2::-1]
+    received = decode_mp4(encode_unchecked(np.ascontiguousarray(rgb), 1))
+    changed = np.unique(wide[(rgb != received).any(axis=-1)])
+    return tuple(int(color) for color in changed)

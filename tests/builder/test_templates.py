@@ -12,6 +12,7 @@ from mpmworlds.builder.candidates import NoCandidateError
 from mpmworlds.builder.parts import NoRoomError
 from mpmworlds.builder.profile import Batch, Count, PlanError
 from mpmworlds.builder.screen import Findings
+from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.builder.templates import Screen, Templates, is_near
 from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.splits.ids import SampleId
@@ -159,7 +160,7 @@ def test_only_what_the_profile_says_is_tried(root, kinds):
 def test_a_seed_is_a_template_as_it_is():
     draft = chosen(Screen({})).seed(SEED)
     assert (draft.kind, draft.seeds) == ("seed", ("s02_sand_funnel",))
-    assert draft.full.to_data() == seeds_data()["s02_sand_funnel"]
+    assert draft.full == load_seeds()["s02_sand_funnel"]
 
 
 def test_parents_of_a_batch_are_composed_of_its_seeds_only():

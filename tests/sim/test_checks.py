@@ -124,8 +124,8 @@ def test_the_scene_of_this_module_has_no_fault():
         ),
         (
             [],
-            {"simulation": {"time_step_dt": 1e-3}},
-            ["time_step_dt = 0.001, must be <= 0.000768 for 'object_3'", "lower it"],
+            {"simulation": {"time_step_dt": 2e-3}},
+            ["time_step_dt = 0.002, must be <= 0.00108 for 'object_3'", "lower it"],
         ),
         (
             [BODY, having(JET, visualization={"color": PALETTE["vermilion"]})],

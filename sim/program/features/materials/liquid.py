@@ -60,4 +60,4 @@ def stress(p, K, eta):
 @hook.settle
 def settle(p, g):
     if abs(g.w - 1.0) > 0.05:  # splashes lose track of volume
-        J[p] += DT / 0.005 * (clamp(1.0 / g.w, 0.8, 1.1) - J[p])
+        J[p] += DT / 0.005 * (clamp(1.0 / g.w, 0.8, 1.05) - J[p])
