@@ -1,16 +1,50 @@
-"""Time the linker over the seeds, in CPU time: `python benchmarks/link.py`."""
+"""Time the linker over seeds and rows: `python benchmarks/link.py [MANIFEST]`.
 
+With a manifest, every 401st of its rows is linked, too. Tokens are those of Qwen
+models, if `tiktoken` and `dashscope`, which ships their vocabulary, are installed.
+"""
+
+import base64
 import statistics
+import sys
 import time
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+import pyarrow.parquet as pq
 
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
+from mpmworlds.sim.scene.scene import Scene
 
-ROUNDS = 15
+ROUNDS, STRIDE = 5, 401
+WORDS = (
+    r"(?i:'s|'t|'re|'ve|'m|'ll|'d)|[^\r\n\p{L}\p{N}]?\p{L}+|\p{N}"
+    r"| ?[^\s\p{L}\p{N}]+[\r\n]*|\s*[\r\n]+|\s+(?!\S)|\s+"
+)
+
+
+def counter() -> Callable[[str], int] | None:
+    """Function text -> number of tokens; None if that cannot be told."""
+    spec = find_spec("dashscope")
+    if not (spec and spec.submodule_search_locations and find_spec("tiktoken")):
+        return None
+    import tiktoken
+
+    home = Path(spec.submodule_search_locations[0])
+    (path,) = home.rglob("qwen.tiktoken")
+    pairs = (line.split() for line in path.read_bytes().splitlines() if line)
+    ranks = {base64.b64decode(token): int(rank) for token, rank in pairs}
+    coding = tiktoken.Encoding(
+        "qwen", pat_str=WORDS, mergeable_ranks=ranks, special_tokens={}
+    )
+    return lambda text: len(coding.encode_ordinary(text))
 
 
 def main() -> None:
-    """Print the median time and the length of each seed's program."""
+    """Print time, lines and tokens of each seed, and the medians and largest of all."""
+    count, found, every = counter(), [], []
     for name, scene in load_seeds().items():
         link(scene)  # reads and parses the library once
         times = []
@@ -18,8 +52,27 @@ def main() -> None:
             start = time.process_time()
             program = link(scene)
             times.append(1e3 * (time.process_time() - start))
-        lines = program.count("\n")
-        print(f"{name:>22}  {statistics.median(times):6.1f} ms  {lines} lines")
+        every += times
+        found.append((program.count("\n"), count(program) if count else 0))
+        lines, tokens = found[-1]
+        took = statistics.median(times)
+        print(f"{name:>22}  {took:6.1f} ms  {lines} lines  {tokens} tokens")
+    for path in sys.argv[1:]:
+        texts = pq.read_table(path, columns=["scene"])["scene"].to_pylist()[::STRIDE]
+        for text in texts:
+            program = link(Scene.model_validate(tuple_of(text)))
+            found.append((program.count("\n"), count(program) if count else 0))
+    print(f"median {statistics.median(every):.1f} ms; {len(found)} programs")
+    for what, values in zip(("lines", "tokens"), zip(*found, strict=True), strict=True):
+        print(f"{what}: median {statistics.median(values)}, largest {max(values)}")
+
+
+def tuple_of(text: str) -> dict[str, object]:
+    """Plain data of a scene; its rules were checked when it was planned."""
+    from mpmworlds.sim.scene.text import parse_yaml
+
+    data = parse_yaml(text, "row")
+    return data | {"objects": tuple(data["objects"])}
 
 
 if __name__ == "__main__":
