@@ -18,12 +18,14 @@ from mpmworlds.sim.scene.objects import MATERIALS, Emitter
 from mpmworlds.sim.scene.outlines import Outline, centroid, paint
 from mpmworlds.sim.scene.palette import hue_difference, saturation
 from mpmworlds.sim.scene.sections import Sections
-from mpmworlds.sim.scene.steps import ROUNDED, fastest_step, spacing
+from mpmworlds.sim.scene.steps import ROUNDED, fastest_step, spacing, speed_of
 
 RASTER = 1024  # pixels per side at which overlaps are looked for
 HUE_STEP = 25.0  # least hue difference of two colours in one scene [deg]
 MOST_PARTICLES = 200_000
 LEAST_PARTICLES = 16
+MOST_GRAVITY = 1000.0  # m/s^2
+MOST_SPEED = 100.0  # prescribed, m/s
 COLLIDERS = ("static_collider", "kinematic_collider")
 MATERIAL_WORDS = (
     *MATERIALS,
@@ -96,6 +98,22 @@ def _check_jets(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
             continue
         for fault in thing.emission.faults(jet_width(thing), spacing(scene)):
             yield f"{_label(scene, i)}: {fault}"
+
+
+def _check_speeds(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
+    gravity = math.hypot(*scene.environment.gravity)
+    if gravity > MOST_GRAVITY:
+        yield (
+            f"environment.gravity is {gravity:g} m/s^2, must be <= {MOST_GRAVITY:g}; "
+            "lower it"
+        )
+    for i in numbers:
+        speed = speed_of(scene.objects[i])
+        if speed > MOST_SPEED:
+            yield (
+                f"{_label(scene, i)}: moves at up to {speed:g} m/s, must be <= "
+                f"{MOST_SPEED:g}; lower its velocities"
+            )
 
 
 def _check_output(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
@@ -255,6 +273,7 @@ CHECKS: tuple[Callable[[Sections, Sequence[int]], Iterator[str]], ...] = (
     _check_particles,
     _check_jets,
     _check_output,
+    _check_speeds,
     _check_stability,
     _check_colors,
     _check_domain,

@@ -24,6 +24,8 @@ RULES = {
 }
 
 LONGEST = 60  # characters of a value that an error shows
+LONGEST_FAULT = 500  # characters of a fault that an error shows
+MOST_SHOWN = 20  # faults that an error shows
 
 
 class SceneError(ValueError):
@@ -32,11 +34,20 @@ class SceneError(ValueError):
     def __init__(self, source: str, faults: list[str]) -> None:
         self.source = source
         self.faults = faults
-        super().__init__("\n".join(f"{source}: {fault}" for fault in faults))
+        lines = [f"{source}: {_cut(fault)}" for fault in faults[:MOST_SHOWN]]
+        if len(faults) > MOST_SHOWN:
+            lines.append(f"{source}: and {len(faults) - MOST_SHOWN} more")
+        super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type["SceneError"], tuple[str, list[str]]]:
         """What it is made of, so that it comes whole from another process."""
         return SceneError, (self.source, self.faults)
+
+
+def _cut(fault: str) -> str:
+    """A fault on one line, and not too long."""
+    line = fault.encode("unicode_escape").decode() if "\n" in fault else fault
+    return line if len(line) <= LONGEST_FAULT else f"{line[:LONGEST_FAULT]} ..."
 
 
 def describe(error: ValidationError, data: Any) -> list[str]:

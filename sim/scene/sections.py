@@ -51,5 +51,7 @@ class Sections(Part):
     )
     simulation: Simulation = about("neutral", "resolution and length")
     environment: Environment = about("neutral", "surroundings", default=Environment())
-    objects: tuple[AnyObject, ...] = about("neutral", "objects", min_length=1)
+    objects: tuple[AnyObject, ...] = about(
+        "neutral", "objects", min_length=1, max_length=64
+    )
     output: Output = about("neutral", "video")

@@ -7,8 +7,9 @@ import yaml
 
 from mpmworlds.sim.scene.errors import SceneError
 
-FLOAT = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^[-+]?\.inf$|^\.nan$")
+FLOAT = re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$|^[-+]?\.inf$|^\.nan$")
 WIDTH = 110
+LONGEST = 1 << 20  # characters of a scene
 SafeDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the same, but faster
 
 
@@ -75,6 +76,13 @@ _Loader.add_implicit_resolver("tag:yaml.org,2002:float", FLOAT, list("-+.0123456
 
 def parse_yaml(text: str, source: str) -> Any:
     """Plain data of YAML text; raises `SceneError` with line and column."""
+    if not isinstance(text, str):
+        raise SceneError(source, [f"is {type(text).__name__}, must be text"])
+    if len(text) > LONGEST:
+        raise SceneError(
+            source,
+            [f"has {len(text)} characters, must have <= {LONGEST} to be a scene"],
+        )
     try:
         return yaml.load(text, Loader=_Loader)  # noqa: S506 - a SafeLoader
     except yaml.MarkedYAMLError as error:

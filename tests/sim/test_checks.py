@@ -282,3 +282,20 @@ def test_a_jet_is_as_wide_as_its_nozzle_across_the_velocity(velocity, width):
     jet = having(JET, emission={"rate": 10.0, "velocity": velocity})
     scene = Scene.from_data(scene_data(jet))
     assert jet_width(scene.objects[0]) == pytest.approx(width)
+
+
+@pytest.mark.parametrize(
+    ("objects", "sections", "told"),
+    [
+        ([BODY], {"gravity": (0.0, -1e9)}, "environment.gravity is 1e+09 m/s^2, must"),
+        (
+            [having(BODY, initial_state={"velocity": [1e5, 0.0]})],
+            {},
+            "objects[0] 'object_0': moves at up to 100000 m/s, must be <= 100",
+        ),
+    ],
+)
+def test_nothing_is_so_fast_that_numbers_overflow(objects, sections, told):
+    with pytest.raises(SceneError) as error:
+        Scene.from_data(scene_data(*objects, **sections))
+    assert told in str(error.value)

@@ -1,6 +1,7 @@
 """YAML is read strictly, with the place of every fault, and written one way."""
 
 import math
+import time
 
 import pytest
 import yaml
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mpmworlds.sim.scene.errors import SceneError
+from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.sim.scene.text import dump_yaml, parse_yaml
 from tests.sim.scenes import scene_data
 
@@ -111,3 +113,29 @@ def test_canonical_text_writes_nothing_by_reference():
     center = [0.5, 0.5]
     data = {"objects": [{"a": center, "b": center}], "environment": {}}
     assert "&" not in dump_yaml(data)
+
+
+def test_a_long_row_of_digits_is_read_in_no_time():
+    start = time.process_time()
+    with pytest.raises(SceneError):
+        Scene.from_yaml(f"schema: {'1' * 20_000}x")
+    assert time.process_time() - start < 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [(None, "is NoneType, must be text"), (" " * (1 << 21), "must have <= 1048576")],
+    ids=["none", "long"],
+)
+def test_what_is_no_scene_file_is_told(text, told):
+    with pytest.raises(SceneError, match=told):
+        Scene.from_yaml(text)
+
+
+def test_a_message_shows_few_faults_and_each_on_a_short_line():
+    error = SceneError("scene", [f"{i} {'x' * 9000}\ny" for i in range(999)])
+    lines = str(error).splitlines()
+    assert len(lines) == 21
+    assert lines[-1] == "scene: and 979 more"
+    assert max(map(len, lines)) < 600
+    assert len(error.faults) == 999
