@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.scene import Scene
+from mpmworlds.sim.scene.text import parse_yaml
 
 ROUNDS, STRIDE = 5, 401
 WORDS = (
@@ -53,26 +54,28 @@ def main() -> None:
             program = link(scene)
             times.append(1e3 * (time.process_time() - start))
         every += times
-        found.append((program.count("\n"), count(program) if count else 0))
+        found.append(size_of(program, count))
         lines, tokens = found[-1]
         took = statistics.median(times)
         print(f"{name:>22}  {took:6.1f} ms  {lines} lines  {tokens} tokens")
     for path in sys.argv[1:]:
         texts = pq.read_table(path, columns=["scene"])["scene"].to_pylist()[::STRIDE]
         for text in texts:
-            program = link(Scene.model_validate(tuple_of(text)))
-            found.append((program.count("\n"), count(program) if count else 0))
+            found.append(size_of(link(row_of(text)), count))
     print(f"median {statistics.median(every):.1f} ms; {len(found)} programs")
     for what, values in zip(("lines", "tokens"), zip(*found, strict=True), strict=True):
         print(f"{what}: median {statistics.median(values)}, largest {max(values)}")
 
 
-def tuple_of(text: str) -> dict[str, object]:
-    """Plain data of a scene; its rules were checked when it was planned."""
-    from mpmworlds.sim.scene.text import parse_yaml
+def size_of(program: str, count: Callable[[str], int] | None) -> tuple[int, int]:
+    """Lines and tokens of a program, 0 if tokens cannot be told."""
+    return program.count("\n"), count(program) if count else 0
 
+
+def row_of(text: str) -> Scene:
+    """A scene whose rules were checked when it was planned."""
     data = parse_yaml(text, "row")
-    return data | {"objects": tuple(data["objects"])}
+    return Scene.model_validate(data | {"objects": tuple(data["objects"])})
 
 
 if __name__ == "__main__":

@@ -3,8 +3,6 @@
 import math
 from typing import Any, TypeVar
 
-import numpy as np
-
 from mpmworlds.sim.program.features.material import Material
 from mpmworlds.sim.scene.objects import DynamicBody, Emitter
 from mpmworlds.sim.scene.sections import Sections
@@ -63,8 +61,7 @@ def speed_of(thing: Any) -> float:
         return math.hypot(*thing.emission.velocity)
     if thing.object_type == "static_collider":
         return 0.0
-    corners = np.concatenate(thing.shape.local_outline())
-    reach = float(np.linalg.norm(corners, axis=1).max())
+    reach: float = thing.shape.reach()
     if thing.object_type == "dynamic_body":
         state = thing.initial_state
         return math.hypot(*state.velocity) + abs(float(state.angular_velocity)) * reach

@@ -126,6 +126,11 @@ OTHERS = {  # all else in the schema that has a deformation gradient
 LAWS = OTHERS | YIELDING
 
 
+def pressed(J):
+    """Mean stress of the laws near Hencky's at a volume ratio."""
+    return 0.5 * (MU + LAM) * (J - 1 / J)
+
+
 def energy_corotated(F):
     """mu |F - R|^2 + lam (J - 1)^2 / 2."""
     s = np.linalg.svd(F, compute_uv=False)

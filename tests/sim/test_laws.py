@@ -17,6 +17,7 @@ from tests.sim.laws import (
     YIELDING,
     paste,
     plastic,
+    pressed,
     work_conjugate,
 )
 
@@ -121,11 +122,6 @@ def test_flow_under_pressure_keeps_volume(law, rng):
     found, J = law(F), np.linalg.det(F)
     np.testing.assert_allclose(np.linalg.det(found.F), J, rtol=1e-8)
     np.testing.assert_allclose(found.mean, pressed(J), rtol=1e-8)
-
-
-def pressed(J):
-    """Mean stress at a volume ratio."""
-    return 0.5 * (MU + LAM) * (J - 1 / J)
 
 
 @each(INSTANT)

@@ -15,7 +15,7 @@ from tests.sim.lab import (
     many,
     vectorised,
 )
-from tests.sim.laws import BOND, COS, LAM, MU, SAND, SIN, law, wet
+from tests.sim.laws import BOND, COS, LAM, MU, SAND, SIN, law, pressed, wet
 
 LIBRARY = functions(DT=1e-3)
 
@@ -27,11 +27,6 @@ def _cohesion(r):
 
 COHESION = vectorised(_cohesion, 1)
 BONDED = pytest.mark.parametrize(("law", "bond"), [(SAND, 0.0), (wet, BOND)])
-
-
-def pressed(J):
-    """Mean stress at a volume ratio."""
-    return 0.5 * (MU + LAM) * (J - 1 / J)
 
 
 @BONDED

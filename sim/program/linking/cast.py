@@ -120,17 +120,17 @@ class Cast:
 
     def calls(self, k: int) -> Calls:
         """Hooks that the particles of object k go through."""
-        models = sorted({name_of(m) for m in self.materials})
+        models = sorted({m.constitutive_model for m in self.materials})
         own = self.materials[k]
         found = [
-            (module or name_of(own), name, numbers)
+            (module or own.constitutive_model, name, numbers)
             for key, numbers in own.hooks(frozenset(models)).items()
             for module, _, name in [key.rpartition(".")]
         ]
         for other in self.materials:
             call = tuple(
-                (name_of(other), name, numbers)
-                for name, numbers in other.gives(name_of(own)).items()
+                (other.constitutive_model, name, numbers)
+                for name, numbers in other.gives(own.constitutive_model).items()
             )
             found += [each for each in call if each not in found]
         if self.nozzles and k in self.firm and len(self.firm) < len(self.matter):
@@ -143,9 +143,3 @@ def weights_of(thing: Any) -> tuple[float, float]:
     area, _, _, second = thing.shape.moments()
     density = thing.physics_properties.density
     return float(f"{density * area:.6g}"), float(f"{density * second:.6g}")
-
-
-def name_of(material: Material) -> str:
-    """Constitutive model of a material."""
-    name: str = getattr(material, "constitutive_model")  # noqa: B009
-    return name

@@ -9,7 +9,7 @@ from mpmworlds.sim.program.linking.cast import Cast, is_mesh, is_rigid
 from mpmworlds.sim.program.linking.layout import indented, literal, number
 from mpmworlds.sim.program.linking.source import Lines, body_of, library
 
-Call = tuple[str, str, Numbers]
+Group = tuple[list[int], Lines]
 FULL = ["full = ti.max(full, 1.0)"]
 
 
@@ -216,10 +216,14 @@ def several(cast: Cast) -> bool:
 
 def stress(cast: Cast) -> Lines:
     """Strain and stress of every object of matter."""
-    groups = grouped(cast, "stress")
-    if len(groups) == 1:
-        return groups[0][1]
-    lines = ["tau = mat2(0.0)"]
+    return by_owner(grouped(cast, "stress"), "tau")
+
+
+def by_owner(groups: list[Group], name: str) -> Lines:
+    """Code of the group that a particle belongs to, which sets a matrix of a name."""
+    if len(groups) <= 1:
+        return groups[0][1] if groups else []
+    lines = [f"{name} = mat2(0.0)"]
     for i, (numbers, code) in enumerate(groups):
         lines += [f"{'elif' if i else 'if'} {is_one_of(numbers)}:", *indented(code, 4)]
     return lines
@@ -236,7 +240,7 @@ def matter_at(cast: Cast, at: str) -> Lines:
     return lines
 
 
-def grouped(cast: Cast, at: str) -> list[tuple[list[int], Lines]]:
+def grouped(cast: Cast, at: str) -> list[Group]:
     """Numbers of the objects of matter that do the same at a place, and what."""
     groups: dict[tuple[str, ...], list[int]] = {}
     for k in range(len(cast.matter)):
@@ -278,12 +282,17 @@ def solids(cast: Cast) -> Lines:
     lines += indented(pasted("solids", "see"), 4)
     for i, (code, numbers) in enumerate(groups.items()):
         test, *rest = code
-        which = " or ".join(f"k == {k}" for k in numbers)
-        which = f"({which})" if len(numbers) > 1 else which
         if len(groups) > 1:
-            test = test.replace("if ", f"if {which} and ")
+            test = with_number(test, "k", numbers)
         lines += indented([f"{'el' if i else ''}{test}", *rest], 4)
     return [*lines, "near[i, j] = far"]
+
+
+def with_number(test: str, name: str, numbers: list[int]) -> str:
+    """An `if` that also asks whether a name is one of some numbers."""
+    which = " or ".join(f"{name} == {k}" for k in numbers)
+    which = f"({which})" if len(numbers) > 1 else which
+    return test.replace("if ", f"if {which} and ")
 
 
 def with_name(line: str, name: str, text: str) -> str:
@@ -299,9 +308,7 @@ def touch_still(cast: Cast) -> Lines:
         first, test, *rest = code
         lines += [first] if not lines else []
         if len(groups) > 1:
-            which = " or ".join(f"q.w == {k}" for k in numbers)
-            which = f"({which})" if len(numbers) > 1 else which
-            test = test.replace("if ", f"if {which} and ")
+            test = with_number(test, "q.w", numbers)
         lines += [test, *rest]
     return lines
 
@@ -360,13 +367,7 @@ def at_hook(code: Lines, name: str, lines: Lines) -> Lines:
 
 def tighten(cast: Cast) -> Lines:
     """Stress of the triangles of meshes."""
-    groups = [(k, code) for k, code in grouped(cast, "tighten") if code]
-    if len(groups) <= 1:
-        return groups[0][1] if groups else []
-    lines = ["P = mat2(0.0)"]
-    for i, (numbers, code) in enumerate(groups):
-        lines += [f"{'elif' if i else 'if'} {is_one_of(numbers)}:", *indented(code, 4)]
-    return lines
+    return by_owner([group for group in grouped(cast, "tighten") if group[1]], "P")
 
 
 def belts(cast: Cast) -> Lines:

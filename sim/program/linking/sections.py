@@ -239,9 +239,6 @@ def laws(cast: Cast, writer: Writer) -> None:
 def step(cast: Cast, writer: Writer) -> None:
     """A step: particles to grid, grid, grid to particles."""
     writer.heading("A step")
-    if not cast.matter:
-        writer.define("substep")
-        return
     writer.define("substep")
 
 

@@ -38,15 +38,12 @@ class Piece:
         What it defines.
     lines : tuple of str
         Its text, without the decorator of a hook.
-    uses : frozenset of str
-        Names that it reads.
     place : str
         Where in the outline a hook belongs, "" if it is none.
     """
 
     name: str
     lines: tuple[str, ...]
-    uses: frozenset[str]
     place: str = ""
 
     @property
@@ -57,9 +54,7 @@ class Piece:
     @property
     def parameters(self) -> list[str]:
         """Names of the parameters of a function."""
-        (function,) = ast.parse(self.text).body
-        assert isinstance(function, ast.FunctionDef)
-        return [argument.arg for argument in function.args.args]
+        return [argument.arg for argument in parsed(self).args.args]
 
 
 @dataclass(frozen=True)
@@ -128,12 +123,12 @@ def _pieces(module: ModuleType) -> Iterable[Piece]:
                 first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
                 own = lines[first - 1 + bool(place) : node.end_lineno]
             case ast.Assign(targets=[ast.Name(id=name)]) if _is_number(node.value):
-                own, place = lines[node.lineno - 1 : node.end_lineno], ""
-                yield Piece(name, tuple(own), names_read("\n".join(own)))
+                own = lines[node.lineno - 1 : node.end_lineno]
+                yield Piece(name, tuple(own))
                 continue
             case _:
                 continue
-        yield Piece(node.name, tuple(own), names_read("\n".join(own)), place)
+        yield Piece(node.name, tuple(own), place)
 
 
 def _is_typed(node: ast.FunctionDef) -> bool:
@@ -171,13 +166,20 @@ def names_bound(text: str) -> frozenset[str]:
     )
 
 
+@cache
+def parsed(piece: Piece) -> ast.FunctionDef:
+    """Syntax tree of a function or hook; not to be changed."""
+    (function,) = ast.parse(piece.text).body
+    assert isinstance(function, ast.FunctionDef)
+    return function
+
+
 def body_of(piece: Piece, numbers: Mapping[str, str]) -> Lines:
     """Statements of a hook, with texts in place of the parameters that `numbers` names.
 
     Docstring and `return` say what the hook is and sets; neither is pasted.
     """
-    (function,) = ast.parse(piece.text).body
-    assert isinstance(function, ast.FunctionDef)
+    function = parsed(piece)
     statements = function.body
     if ast.get_docstring(function):
         statements = statements[1:]
@@ -194,9 +196,7 @@ def body_of(piece: Piece, numbers: Mapping[str, str]) -> Lines:
 
 def result_of(piece: Piece, numbers: Mapping[str, str]) -> str:
     """What a hook returns, with texts in place of parameters."""
-    (function,) = ast.parse(piece.text).body
-    assert isinstance(function, ast.FunctionDef)
-    last = function.body[-1]
+    last = parsed(piece).body[-1]
     assert isinstance(last, ast.Return)
     lines = list(piece.lines)
     _substitute(lines, [last], numbers)

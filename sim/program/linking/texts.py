@@ -1,6 +1,5 @@
 """Texts of objects: their shapes, places, births and motions, with their numbers."""
 
-import math
 import re
 from collections import Counter
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 from mpmworlds.sim.program.linking.cast import Cast, is_mesh, is_rigid, weights_of
 from mpmworlds.sim.program.linking.layout import literal, number, offset
 from mpmworlds.sim.program.linking.source import Lines, body_of, library, result_of
+from mpmworlds.sim.scene.checks import jet_width
 from mpmworlds.sim.scene.scene import Scene
 
 COUNTED = {
@@ -107,19 +107,11 @@ def body(cast: Cast, thing: Any) -> str:
 def nozzle(cast: Cast, thing: Any) -> dict[str, str]:
     """Number, density and place of a nozzle, and its births."""
     emission, density = thing.emission, number(thing.physics_properties.density)
-    births = f"{number(width(thing))}, SPACING{arguments(emission.numbers())}"
+    width = float(f"{jet_width(thing):.6g}")
+    births = f"{number(width)}, SPACING{arguments(emission.numbers())}"
     k, (x, y) = str(cast.matter.index(thing)), map(number, thing.shape.center)
     given = {"k": k, "density": density, "x": x, "y": y}
     return given | {"births": f"{emission.type}({births})"}
-
-
-def width(nozzle: Any) -> float:
-    """Extent of a nozzle across its velocity [m], to six digits."""
-    u, v = nozzle.emission.velocity
-    angle = nozzle.shape.angle() - math.atan2(v, u)
-    across, along = map(float, nozzle.shape.size)
-    found = abs(across * math.sin(angle)) + abs(along * math.cos(angle))
-    return float(f"{found:.6g}")
 
 
 def thing(solid: Any) -> str:

@@ -54,17 +54,6 @@ class Writer:
             self._need(text)
             self._lines += folded(text.splitlines())
 
-    def needed(self, *names: str) -> frozenset[str]:
-        """Names that functions and all that they call read."""
-        found: set[str] = set()
-        waiting = list(names)
-        while waiting:
-            name = waiting.pop()
-            if name not in found and name in self._functions:
-                waiting += names_read(self._function(name))
-            found.add(name)
-        return frozenset(found)
-
     def text(self) -> str:
         """The program so far."""
         return spaced("\n".join(self._lines))
