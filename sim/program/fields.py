@@ -17,7 +17,8 @@ class Field:
     kind : str
         Of its values.
     start : str
-        Value at the start, or the name of a number of the material that gives it.
+        Value at the start, or the name of a number of the material that gives it; ""
+        if it is set before it is read.
     text : str
         What it is, with its unit.
     """

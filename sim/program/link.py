@@ -44,6 +44,8 @@ def link(scene: Scene) -> str:
     for section in SECTIONS:
         section(cast, writer)
     body = writer.text()
+    if cast.is_alone:
+        body = body.replace("mass[p]", "MASS")
     text = header(cast, body) + body
     missing = unresolved(text)
     if missing:

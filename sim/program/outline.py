@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmworlds.sim.program.fields import node
+from mpmworlds.sim.program.fields import node, particle
 from mpmworlds.sim.program.words import (
     AREA,
     DT,
@@ -16,7 +16,6 @@ from mpmworlds.sim.program.words import (
     FRAMES,
     GRAVITY,
     GRID,
-    MASS,
     PALETTE,
     PIXELS,
     RATE,
@@ -24,6 +23,7 @@ from mpmworlds.sim.program.words import (
     SERIAL,
     SPACING,
     SUBSTEPS,
+    WALL,
     C,
     N,
     Node,
@@ -32,6 +32,7 @@ from mpmworlds.sim.program.words import (
     birth,
     clamp,
     cv2,
+    flow,
     grid,
     hook,
     mass,
@@ -46,13 +47,14 @@ from mpmworlds.sim.program.words import (
 )
 
 ARRAY: Any = ti.types.ndarray()
+spread = particle("float", "0.0", "more than 1 where less than half is filled")
 firm = node("float", "0.0", "mass of what does not give way to births [kg]")
 
 
 @hook.section
 def set_up():
     ti.init(ti.cpu, cpu_max_num_threads=1, fast_math=False, cfg_optimization=False)
-    SERIAL = ti.cfg.arch in (ti.x64, ti.arm64)  # for equal bits; a GPU runs in parallel
+    SERIAL = ti.cfg.arch in (ti.x64, ti.arm64)  # a GPU runs in parallel
     ARRAY = ti.types.ndarray()
     return SERIAL, ARRAY
 
@@ -128,18 +130,6 @@ def release_several_alone():
     return START, BIRTH
 
 
-@hook.weigh
-def weigh(p):
-    m, u = mass[p], v[p]
-    return m, u
-
-
-@hook.weigh
-def weigh_alike(p):
-    m, u = MASS, v[p]
-    return m, u
-
-
 @hook.unborn
 def unborn(p, step):
     if birth[p] > step:
@@ -155,20 +145,26 @@ def unborn_yet(p, step):
 
 
 @hook.room
-def beside(p, here, m):
+def beside(p, here):
     at, u = int(x[p] * GRID + 0.5), v[p]
-    if here > m and grid[at].xy.dot(u) < 0.5 * u.dot(u):
+    if here > mass[p] and flow[at].xy.dot(u) < 0.5 * u.dot(u):
         birth[p] = 2**30  # never
 
 
 @hook.scatter
-def fill_up(p, base, w, m):
+def fill_up(p, base, w):
     for i, j in ti.static(ti.ndrange(3, 3)):
-        firm[base.x + i, base.y + j] += w[i].x * w[j].y * m
+        firm[base.x + i, base.y + j] += w[i].x * w[j].y * mass[p]
 
 
 @hook.room
-def covered(p, count):
+def covered(p):
+    if surface(0, x[p]).z < 0.0:
+        birth[p] = 2**30
+
+
+@hook.room
+def covered_any(p, count):
     for k in range(count):
         if surface(k, x[p]).z < 0.0:
             birth[p] = 2**30
@@ -206,13 +202,33 @@ def release(k, density, x, y, births):
 
 
 @hook.share
-def share(i, j, base, w, momentum, m):
-    grid[base.x + i, base.y + j] += w[i].x * w[j].y * Node(momentum, m)
+def share(i, j, p, base, w, mv):
+    grid[base.x + i, base.y + j] += w[i].x * w[j].y * Node(mv, mass[p])
 
 
 @hook.share
-def share_area(i, j, base, w, momentum, m):
-    grid[base.x + i, base.y + j] += w[i].x * w[j].y * Node(momentum, m, AREA)
+def share_area(i, j, p, base, w, mv):
+    grid[base.x + i, base.y + j] += w[i].x * w[j].y * Node(mv, mass[p], AREA)
+
+
+@hook.spread
+def spread_by_mass(p, g):
+    spread[p] = 0.5 * DX**2 * mass[p] / AREA / g.z
+
+
+@hook.spread
+def spread_by_area(p, g):
+    spread[p] = 0.5 / g.w
+
+
+@hook.advance
+def advance(p, g):
+    x[p] = clamp(x[p] + DT * g.xy, 2.0 * DX, 1.0 - 2.0 * DX)
+
+
+@hook.gather
+def gather(p, g, G):
+    v[p], C[p] = g.xy, 4.0 / DX * G
 
 
 @hook.fullness
@@ -221,14 +237,20 @@ def fullness(i, j):
     return full
 
 
+@hook.walls
+def bounded(i, j, u):
+    if ti.min(i, j, GRID - i, GRID - j) <= WALL:
+        hook.touch(i, j, u)
+
+
 @hook.enter
-def enter_velocity(i, j, u):
-    grid[i, j].xy = u
+def enter_velocity(i, j, u, m):
+    flow[i, j] = Node(u, m)
 
 
 @hook.enter
 def enter_fullness(i, j, u, m, full):
-    grid[i, j] = Node(u, m, full)
+    flow[i, j] = Node(u, m, full)
 
 
 @ti.kernel
@@ -251,7 +273,7 @@ def place(
 
 @ti.func
 def stencil(p):
-    """First of the 3 x 3 nodes around p, offset of p from it [cells], and weights."""
+    """First of the 3 x 3 nodes around p, offset from it [cells], and weights."""
     base = int(p * GRID - 0.5)
     f = p * GRID - base
     return base, f, [0.5 * (1.5 - f) ** 2, 0.75 - (f - 1.0) ** 2, 0.5 * (f - 0.5) ** 2]
@@ -259,76 +281,74 @@ def stencil(p):
 
 @ti.kernel
 def substep(step: int, now: ARRAY):
-    """Advance everything by the time step DT."""
+    """Advance by DT."""
     hook.tick(step, now)
-    # Particles to grid: momentum, with the impulse of stress, and mass
-    ti.loop_config(serialize=SERIAL)
-    for i, j in ti.ndrange(GRID, GRID):
-        grid[i, j] = Node(0.0)
-        hook.clear(i, j)
+    hook.clear()
+    # Particles to grid: momentum with the impulse of stress, mass
     ti.loop_config(serialize=SERIAL)
     for p in range(N):
         hook.unborn(p, step)
-        m, u = hook.weigh(p)
-        A = m * DX * C[p] - 4.0 * DT * AREA / DX * stress[p]
+        A = mass[p] * DX * C[p] - 4.0 * DT * AREA / DX * stress[p]
         base, f, w = stencil(x[p])
         for i, j in ti.static(ti.ndrange(3, 3)):
-            momentum = m * u + A @ (vec2(i, j) - f)
-            hook.share(i, j, base, w, momentum, m)
+            mv = mass[p] * v[p] + A @ (vec2(i, j) - f)
+            hook.share(i, j, p, base, w, mv)
         hook.scatter(p, base, w)
     # Grid: momentum to velocity, with gravity and contact
     ti.loop_config(serialize=SERIAL)
     for i, j in ti.ndrange(GRID, GRID):
         m = grid[i, j].z
         if m > 0.0:
+            hook.remember(i, j, m)
             u = grid[i, j].xy / m + DT * GRAVITY
             hook.fullness(i, j)
             hook.solids(i, j, u)
             hook.walls(i, j, u)
-            hook.enter(i, j, u)
+            hook.enter(i, j, u, m)
+            grid[i, j] = Node(0.0)
     hook.bodies()
-    # Grid to particles: velocity and its gradient, place, strain, Kirchhoff stress
+    # Grid to particles: velocity, place, strain, Kirchhoff stress
     ti.loop_config(serialize=SERIAL)
     for p in range(N):
         hook.unborn_yet(p, step)
         base, f, w = stencil(x[p])
         g, G = Node(0.0), mat2(0.0)
         for i, j in ti.static(ti.ndrange(3, 3)):
-            share = w[i].x * w[j].y * grid[base.x + i, base.y + j]
+            share = w[i].x * w[j].y * flow[base.x + i, base.y + j]
             g += share
             G += share.xy.outer_product(vec2(i, j) - f)
-        v[p], C[p] = g.xy, 4.0 / DX * G
-        x[p] = clamp(x[p] + DT * v[p], 2.0 * DX, 1.0 - 2.0 * DX)
+        hook.spread(p, g)
+        hook.keep(p, base, w)
+        hook.gather(p, g, G)
+        hook.advance(p, g)
         hook.push_out(p, base)
         hook.settle(p, base, w, g)
-        tau = hook.stress(p)
-        stress[p] = tau
+        hook.stress(p)
 
 
 @ti.kernel
 def substep_of_bodies(step: int, now: ARRAY):
-    """Advance everything by the time step DT."""
+    """Advance by DT."""
     hook.tick(step, now)
     hook.bodies()
 
 
 @ti.kernel
 def draw(image: ARRAY, step: int):
-    """Enter the number of what is seen in each pixel of the background; bottom up."""
+    """Number what is seen in each pixel, bottom up."""
     hook.balls()
     ti.loop_config(serialize=SERIAL)
     for j, i in ti.ndrange(PIXELS, PIXELS):
         seen = hook.seen(i, j)
-        if image[j, i] == 0:
-            image[j, i] = ti.cast(seen, ti.u8)
+        hook.show(image, j, i, seen)
 
 
 def frames():
-    """Yield the frames of the video, each uint8 RGB of shape (PIXELS, PIXELS, 3)."""
+    """Yield frames, uint8 RGB (PIXELS, PIXELS, 3), once."""
     hook.start()
     for n in range(FRAMES):
-        for step in range(SUBSTEPS * max(n - 1, 0), SUBSTEPS * n):
-            hook.substep(step)
         image = hook.backdrop()
         draw(image, SUBSTEPS * n - 1)
         yield PALETTE.take(image[::-1], axis=0)
+        for step in range(SUBSTEPS * n, SUBSTEPS * (n + 1)):
+            hook.substep(step)

@@ -116,6 +116,22 @@ def _check_speeds(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
+def _check_tearing(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
+    """Fast blades tear particles of a body further apart than the grid can see."""
+    for pair in _pairs(scene, numbers):
+        for i, j in (pair, pair[::-1]):
+            mover: Any = scene.objects[i]
+            matter: Any = scene.objects[j]
+            if len(_poses(mover)) == 1 or matter.object_type in COLLIDERS:
+                continue
+            speed, most = speed_of(mover), matter.physics_properties.TEARS_AT
+            if speed > most:
+                yield (
+                    f"{_label(scene, i)}: moves at up to {speed:g} m/s, must be <= "
+                    f"{most:g}, or it tears {_label(scene, j)}; slow it down"
+                )
+
+
 def _check_output(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     if scene.output.resolution % 2:
         yield (
@@ -213,6 +229,29 @@ def _check_overlap(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
+def _check_sweeps(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
+    """Matter between a collider that stays and one that passes through it has no way.
+
+    A blade that passes a body pinched against it drags that body through the other.
+    """
+    for pair in _pairs(scene, numbers):
+        for i, j in (pair, pair[::-1]):
+            mover, still = scene.objects[i], scene.objects[j]
+            poses = _poses(mover)
+            if (
+                len(poses) == 1
+                or still.object_type not in COLLIDERS
+                or len(_poses(still)) > 1
+            ):
+                continue
+            way = (mover.shape.outline(shift, turn) for shift, turn in poses)
+            if any(overlap(outline, _outline(still.shape)) for outline in way):
+                yield (
+                    f"{_label(scene, i)}: passes through {_label(scene, j)}; "
+                    "move one of them, or change kinematics"
+                )
+
+
 @lru_cache(64)
 def _outline(shape: Any) -> Outline:
     """Outline of a shape; most are those of the scene that was checked before."""
@@ -274,10 +313,12 @@ CHECKS: tuple[Callable[[Sections, Sequence[int]], Iterator[str]], ...] = (
     _check_jets,
     _check_output,
     _check_speeds,
+    _check_tearing,
     _check_stability,
     _check_colors,
     _check_domain,
     _check_overlap,
+    _check_sweeps,
     _check_balance,
     _check_belts,
 )

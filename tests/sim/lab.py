@@ -114,6 +114,7 @@ class Particles:
         given, text = inputs or {}, "\n".join(lines)
         known = {n: f for n, f in library().fields.items() if f"{n}[" in text}
         kinds = {name: field.kind for name, field in known.items()}
+        kinds |= {"stress": "mat2"} if "stress[" in text else {}
         kinds |= {"C": "mat2", **given}
         kept = [f"outcome[p] = {outcome}"] if outcome else []
         body = [*(f"{name} = given_{name}[p]" for name in given), *lines, *kept]

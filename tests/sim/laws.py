@@ -60,7 +60,7 @@ class Law:
             self.particles = Particles(lines, "P", {"F": "mat2"}, DT=dt)
         else:
             lines = code_of(hooks, model, "stress")
-            self.particles = Particles(lines, "tau", DT=dt)
+            self.particles = Particles(lines, DT=dt)
 
     def __call__(self, F, q=None, **states):
         """Strain and stress after a step without motion; q is the one other state."""
@@ -71,7 +71,7 @@ class Law:
         if self.is_mesh:
             kept, tau = F, found["outcome"] @ np.swapaxes(F, -1, -2)
         else:
-            kept, tau = found["F"], found["outcome"]
+            kept, tau = found["F"], found["stress"]
         return Strained(kept, {name: found[name] for name in own}, tau)
 
 
@@ -148,9 +148,17 @@ def energy_near_hencky(F):
     return 0.5 * (MU + LAM) * (J + 1 / J - 2) + 4 * MU * np.log(np.cosh(e))
 
 
+def energy_neo_hookean(F):
+    """mu (|F|^2 - 2 - 2 log J) / 2 + lam (J^2 - 1 - 2 log J) / 4."""
+    J = np.linalg.svd(F, compute_uv=False).prod(-1)
+    shear = (F**2).sum((-1, -2)) - 2 - 2 * np.log(J)
+    return 0.5 * MU * shear + 0.25 * LAM * (J**2 - 1 - 2 * np.log(J))
+
+
 ENERGIES = dict.fromkeys(YIELDING, energy_near_hencky) | {
     "elastic": energy_corotated,
     "elastic_fem": energy_corotated,
+    "neo_hookean": energy_neo_hookean,
 }
 HARDENED = {"snow"}  # moduli depend on another state; see test_physics
 

@@ -13,15 +13,18 @@ from tests.sim.scenes import (
     BELT,
     BODY,
     EGG,
+    ELASTIC,
     FAN,
     GATE,
     HOSE,
     JET,
     MESH,
     OBSTACLE,
+    PLASTIC,
     RAIN,
     RIGID,
     ROCKER,
+    SAND,
     scene_data,
 )
 
@@ -201,9 +204,29 @@ def test_too_many_particles_are_counted_over_bodies_and_jets():
     assert "objects hold 240000 particles, must be <= 200000; lower" in fault
 
 
-def test_colliders_may_touch_each_other_and_the_edge_of_the_domain():
-    assert faults_of(BODY, OBSTACLE, at(FAN, 0.35, 0.25)) == []
+def test_colliders_at_rest_may_overlap_and_touch_the_edge_of_the_domain():
+    other = having(at(OBSTACLE, 0.35, 0.25), name="object_3")
+    assert faults_of(BODY, OBSTACLE, other) == []
     assert faults_of(BODY, at(OBSTACLE, 0.15, 0.1)) == []
+
+
+def test_a_mover_never_passes_through_a_collider_that_stays():
+    (fault,) = faults_of(BODY, OBSTACLE, at(FAN, 0.35, 0.25))
+    assert "objects[2] 'object_2': passes through objects[1]" in fault
+    assert faults_of(BODY, OBSTACLE, at(FAN, 0.7, 0.25)) == []
+    late = having(GATE, kinematics={"velocity": [-1.0, 0.0], "start": 1, "stop": 1.4})
+    assert any("passes through" in fault for fault in faults_of(BODY, OBSTACLE, late))
+
+
+@pytest.mark.parametrize("model", [ELASTIC, PLASTIC])
+def test_blades_are_too_slow_to_tear_a_body(model):
+    body = having(BODY, physics_properties=model)
+    fast = having(FAN, kinematics={"angular_velocity": 60.0})
+    (fault,) = [f for f in faults_of(body, fast) if "tears" in f]
+    assert "must be <= 5, or it tears objects[0]" in fault
+    for whole in (MESH, SAND):
+        body = having(BODY, physics_properties=whole)
+        assert not any("tears" in fault for fault in faults_of(body, fast))
 
 
 def test_equal_colours_and_greys_are_never_too_near():
@@ -242,7 +265,8 @@ def test_whatever_is_faster_lowers_the_stable_time_step(faster):
     ],
 )
 def test_a_fast_collider_lowers_the_stable_time_step(collider):
-    alone, moved = (Scene.from_data(scene_data(*o)) for o in ([EGG], [EGG, collider]))
+    egg = having(EGG, physics_properties=SAND)  # which does not tear
+    alone, moved = (Scene.from_data(scene_data(*o)) for o in ([egg], [egg, collider]))
     (bound, _), (lower, _) = fastest_step(alone), fastest_step(moved)
     assert lower < 0.9 * bound
 

@@ -19,7 +19,7 @@ def liquid(bulk_modulus=400.0, viscosity=0.0, dt=1e-3):
     given = {"constitutive_model": "liquid", "density": 1.0}
     given |= {"bulk_modulus": bulk_modulus, "viscosity": viscosity}
     hooks = MATERIALS["liquid"].model_construct(**given).hooks(frozenset({"liquid"}))
-    return Particles(code_of(hooks, "liquid", "stress"), "tau", DT=dt)
+    return Particles(code_of(hooks, "liquid", "stress"), DT=dt)
 
 
 @many
@@ -87,9 +87,9 @@ def test_damping_is_newtonian(rng):
             poissons_ratio=0.3,
         )
         code = code_of(material.hooks(frozenset({model})), model, "stress")
-        tau = Particles(code, "tau", DT=1e-3)(C=C)["outcome"]
+        tau = Particles(code, DT=1e-3)(C=C)["stress"]
         np.testing.assert_allclose(tau, eta * (C + C.transpose(0, 2, 1)), atol=1e-8)
-    thick = liquid(1e-9, eta)(C=C, J=1.0)["outcome"]
+    thick = liquid(1e-9, eta)(C=C, J=1.0)["stress"]
     np.testing.assert_allclose(thick, eta * (C + C.transpose(0, 2, 1)), atol=1e-8)
 
 
@@ -106,20 +106,20 @@ def test_strain_follows_the_velocity_gradient(rng):
         poissons_ratio=0.3,
     )
     code = code_of(material.hooks(frozenset({"elastic"})), "elastic", "stress")
-    found = Particles(code, "tau", DT=0.01)(C=C, F=F)["F"]
+    found = Particles(code, DT=0.01)(C=C, F=F)["F"]
     np.testing.assert_allclose(found, (np.eye(2) + 0.01 * C) @ F, atol=1e-14)
 
 
 def test_pressure_of_a_liquid_rises_with_its_bulk_modulus():
     J = np.array([1.0, 1.0 - STEP])
-    tau = liquid(400.0)(J=J)["outcome"]
+    tau = liquid(400.0)(J=J)["stress"]
     pressure = -tau[:, 0, 0] / J
     assert pressure[0] == 0
     assert (pressure[1] - pressure[0]) / STEP == pytest.approx(400, rel=1e-4)
 
 
 def test_a_liquid_bears_no_tension():
-    assert (liquid()(J=np.linspace(1.0, 1.1, N))["outcome"] == 0).all()
+    assert (liquid()(J=np.linspace(1.0, 1.1, N))["stress"] == 0).all()
 
 
 @many

@@ -2,5 +2,6 @@
 
 The module of a law has two hooks for the velocity u of a node in contact with a surface
 of outward normal n: `touch`, of one that stays where it is, and `meet`, of one that
-moves at w. They may take the Coulomb coefficient.
+moves at w. They may take the Coulomb coefficient. A third, `bound`, is for a node i, j
+within the four walls.
 """

@@ -8,8 +8,10 @@ from mpmworlds.sim.program.words import (
     SPACING,
     N,
     balls,
+    clamp,
     each,
     hook,
+    spread,
     still,
     surface,
     ti,
@@ -20,31 +22,42 @@ from mpmworlds.sim.program.words import (
 
 @hook.picture
 def blobs():
-    BLOB = 2.3 * SPACING * PIXELS  # radius of the ball that a particle is drawn as
-    SOLID = 0.4 * np.pi * 2.3**2 / 3  # sum of balls that covers: 0.4 of their mean
+    BLOB = 2.3 * SPACING * PIXELS  # radius of balls
+    SOLID = 0.4 * np.pi * 2.3**2 / 3  # covers: 0.4 of their mean sum
     return BLOB, SOLID
 
 
 @hook.picture
 def backdrop(first):
     ROWS, COLUMNS = (np.mgrid[:PIXELS, :PIXELS] + 0.5) / PIXELS
-    BACKDROP = np.uint8(first * (still(COLUMNS, ROWS) < 0))
+    BACKDROP = np.int32(first * (still(COLUMNS, ROWS) < 0))
     return BACKDROP
 
 
 @hook.picture
 def backdrop_unpainted():
-    BACKDROP = np.zeros((PIXELS, PIXELS), np.uint8)
+    BACKDROP = np.zeros((PIXELS, PIXELS), np.int32)
     return BACKDROP
 
 
 @hook.picture
 def backdrops(first):
     ROWS, COLUMNS = (np.mgrid[:PIXELS, :PIXELS] + 0.5) / PIXELS
-    BACKDROP = np.zeros((PIXELS, PIXELS), np.uint8)
+    BACKDROP = np.zeros((PIXELS, PIXELS), np.int32)
     for number, distance in enumerate(each(COLUMNS, ROWS), first):
         BACKDROP[distance < 0] = number
     return BACKDROP
+
+
+@hook.show
+def show(image, j, i, seen):
+    image[j, i] = seen
+
+
+@hook.show
+def show_before(image, j, i, seen):
+    if image[j, i] == 0:
+        image[j, i] = seen
 
 
 @hook.balls
@@ -52,13 +65,12 @@ def ball(spot, step, BLOB, SOLID):
     ti.loop_config(serialize=SERIAL)
     for p in range(N):
         hook.unborn(p, step)
-        center = x[p] * PIXELS - 0.5
-        low, high = int(center - BLOB) + 1, int(center + BLOB) + 1
+        center, R = x[p] * PIXELS - 0.5, BLOB * ti.sqrt(clamp(spread[p], 1.0, 3.0))
+        low, high = int(center - R) + 1, int(center + R) + 1
         for j in range(low.y, high.y):
             for i in range(low.x, high.x):
-                r2 = (vec2(i, j) - center).norm_sqr() / BLOB**2
-                alone = ti.select(r2 < 0.06, SOLID, 0.0)  # its core is always seen
-                spot += ti.max(1.0 - r2, 0.0) ** 2 + alone
+                r2 = (vec2(i, j) - center).norm_sqr() / R**2
+                spot += ti.max(1.0 - r2, 0) ** 2 + SOLID * (r2 < 0.06)
     return spot
 
 
@@ -70,7 +82,7 @@ def none():
 
 @hook.seen
 def covered(i, j, SOLID):
-    seen = ti.select(balls[j, i] > SOLID, 1, 0)
+    seen = int(balls[j, i] > SOLID)
     balls[j, i] = 0.0
     return seen
 

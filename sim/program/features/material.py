@@ -15,6 +15,7 @@ class Material(Part):
     FAMILY: ClassVar[str]  # group in reports
     FLOWS: ClassVar[bool] = True  # a nozzle may release it
     GIVES_WAY: ClassVar[bool] = False  # another nozzle may release into it
+    TEARS_AT: ClassVar[float] = math.inf  # speed of what hits it [m/s], numerically
 
     if TYPE_CHECKING:
         constitutive_model: str

@@ -64,8 +64,3 @@ class Motion(Timed):
     def poses(self) -> list[Pose]:
         """Displacements that together show how far the motion leads."""
         raise TypeError(f"{type(self).__name__} has no poses")
-
-
-def elapsed(t, start, stop):
-    """Time [s] for which a motion has gone on at time t [s], and 1 while it does."""
-    return min(max(t, start), stop) - start, float(start <= t < stop)

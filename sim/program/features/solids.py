@@ -48,14 +48,6 @@ def still_of_each(x, y):
     return np.min(each(x, y), axis=0)
 
 
-@ti.func
-def velocity_at(k, p, n):
-    """Velocity [m/s] of solid k at p, where its normal is n."""
-    u = twist[k].xy + twist[k].z * vec2(pose[k].y - p.y, p.x - pose[k].x)
-    hook.belts(k, n, u)
-    return u
-
-
 @hook.bake
 def enter(baked):
     for i, j in solid:
@@ -88,10 +80,17 @@ def launch(solids):
 
 
 @hook.own
-def moving(k, p, far, distance):
+def moving(k, p, distance):
+    q = cmul(p - pose[k].xy, cconj(pose[k].zw))
+    s = distance(q)
+    return vec3(cmul(pose[k].zw, s.xy), s.z)
+
+
+@hook.own
+def moving_within(k, p, far, distance):
     s, q = vec3(0.0, 0.0, 1.0), cmul(p - pose[k].xy, cconj(pose[k].zw))
     if q.norm() < far:  # else it is as good as a meter away
-        s = distance
+        s = distance(q)
     return vec3(cmul(pose[k].zw, s.xy), s.z)
 
 
@@ -103,16 +102,16 @@ def moving_any(k, p):
 
 
 @hook.solids
-def see(i, j, k, far):
+def see(i, j, k, nearest):
     s = surface(k, DX * vec2(i, j))
-    far = ti.min(far, s.z)
-    return s, far
+    nearest = ti.select(s.z < nearest.z, s, nearest)
+    return s, nearest
 
 
 @hook.solids
 def see_one(i, j):
     s = surface(0, DX * vec2(i, j))
-    near[i, j] = s.z
+    near[i, j] = s
     return s
 
 
@@ -127,15 +126,24 @@ def touch_still(i, j, skin, u):
 @hook.solids
 def meet_moving(i, j, k, s, skin, u, w):
     if s.z < skin * DX:
-        w = velocity_at(k, DX * vec2(i, j), s.xy)
+        r = DX * vec2(i, j) - pose[k].xy
+        w = twist[k].xy + twist[k].z * vec2(-r.y, r.x)
         hook.contact(u, w, s)
     return u
 
 
 @hook.solids
-def meet_one(i, j, s, skin, u, w):
+def meet_shifting(i, j, s, skin, u, w):
     if s.z < skin * DX:
-        w = twist[0].xy + twist[0].z * vec2(pose[0].y - DX * j, DX * i - pose[0].x)
+        w = twist[0].xy
+        hook.contact(u, w, s)
+    return u
+
+
+@hook.solids
+def meet_turning(i, j, s, skin, u, w):
+    if s.z < skin * DX:
+        w = twist[0].z * vec2(pose[0].y - DX * j, DX * i - pose[0].x)
         hook.contact(u, w, s)
     return u
 
@@ -148,6 +156,6 @@ def push_still(p):
 
 
 @hook.push_out
-def push_moving(k, p):
-    s = surface(k, x[p])
-    x[p] -= clamp(s.z, -DX, 0.0) * s.xy
+def push_moving(p, base):
+    s = near[base + 1]  # thin and fast ones overtake particles
+    x[p] -= clamp(s.z + s.xy.dot(x[p] - DX * (base + 1)), -DX, 0.0) * s.xy

@@ -59,10 +59,10 @@ def _fold(line: str) -> list[str]:
     indent = " " * (len(line) - len(line.lstrip()))
     head, body, tail = line[: start + 1], line[start + 1 : stop], line[stop:]
     inner = f"{indent}    {body}"
-    items = _items(body)
-    if len(inner) <= WIDTH and not (body.endswith(",") and len(items) > 1):
+    found = items(body)
+    if len(inner) <= WIDTH and not (body.endswith(",") and len(found) > 1):
         return [head, inner, indent + tail]
-    parts = [part for item in items for part in _fold(f"{indent}    {item},")]
+    parts = [part for item in found for part in _fold(f"{indent}    {item},")]
     return [head, *parts, indent + tail]
 
 
@@ -71,7 +71,7 @@ def rows(name: str, text: str) -> list[str]:
     if len(f"{name} = {text}") <= WIDTH:
         return [f"{name} = {text}"]
     lines: list[list[str]] = [[]]
-    for item in _items(text[1:-1]):
+    for item in items(text[1:-1]):
         if len(", ".join([*lines[-1], item])) > WIDTH - len("    *[],"):
             lines.append([])
         lines[-1].append(item)
@@ -89,15 +89,15 @@ def _last_pair(code: str) -> tuple[int, int] | None:
     return None
 
 
-def _items(body: str) -> list[str]:
+def items(body: str) -> list[str]:
     """Parts between the outermost commas."""
-    items, depth, start = [], 0, 0
+    found, depth, start = [], 0, 0
     for place, character in enumerate(body):
         depth += (character in OPENING) - (character in CLOSING)
         if character == "," and depth == 0 and not LAMBDA.search(body[start:place]):
-            items.append(body[start:place].strip())
+            found.append(body[start:place].strip())
             start = place + 1
-    return [item for item in [*items, body[start:].strip()] if item]
+    return [item for item in [*found, body[start:].strip()] if item]
 
 
 def spaced(text: str) -> str:

@@ -5,17 +5,18 @@ from collections.abc import Sequence
 from typing import Any
 
 from mpmworlds.sim.program.features.material import Numbers
+from mpmworlds.sim.program.linking import texts
 from mpmworlds.sim.program.linking.cast import Cast, is_mesh, is_rigid
-from mpmworlds.sim.program.linking.layout import indented, literal, number
+from mpmworlds.sim.program.linking.layout import WIDTH, indented, literal, number
 from mpmworlds.sim.program.linking.source import Lines, body_of, library
 
 Group = tuple[list[int], Lines]
 FULL = ["full = ti.max(full, 1.0)"]
 
 
-def pasted(module: str, name: str, **texts: str) -> Lines:
+def pasted(module: str, name: str, **given: str) -> Lines:
     """Statements of a hook with texts in place of some of its parameters."""
-    return body_of(library().hooks[module, name], texts)
+    return body_of(library().hooks[module, name], given)
 
 
 def places_of(cast: Cast) -> dict[str, Lines]:
@@ -26,7 +27,6 @@ def places_of(cast: Cast) -> dict[str, Lines]:
         "launch": launch(cast),
         "paint": paint(cast),
         "throw": pasted("elastic_fem", "throw") if cast.is_moving else [],
-        "weigh": weigh(cast) if cast.matter else [],
         "share": pasted("outline", "share_area" if has_area(cast) else "share"),
         "fullness": pasted("outline", "fullness") if has_area(cast) else [],
         "enter": pasted(
@@ -34,26 +34,40 @@ def places_of(cast: Cast) -> dict[str, Lines]:
         ),
         "unborn": pasted("outline", "unborn") if cast.nozzles else [],
         "unborn_yet": unborn_yet(cast) if cast.nozzles else [],
-        "stress": stress(cast),
+        "stress": by_owner(grouped(cast, "stress")),
         "scatter": matter_at(cast, "scatter"),
+        "remember": next((code for _, code in grouped(cast, "remember") if code), []),
+        "keep": keep(cast),
+        "spread": spread(cast),
+        "gather": gather(cast),
         "solids": solids(cast) if cast.matter else [],
         "walls": walls(cast),
         "settle": matter_at(cast, "settle"),
+        "advance": advance(cast),
         "push_out": push_out(cast) if cast.matter else [],
         "tighten": tighten(cast),
-        "kicks": pasted("rigid", "kicks") if cast.rigid and cast.matter else [],
-        "belts": belts(cast),
+        "accelerate": pasted("rigid", "fall_and_be_kicked" if cast.matter else "fall"),
+        "rub": rub(cast) if cast.rigid else [],
         "tick": tick(cast),
         "bodies": bodies(cast),
         "balls": balls(cast),
         "seen": seen(cast),
+        "show": pasted("drawing", "show_before" if cast.still else "show"),
         "start": start(cast),
         "substep": substep(cast),
         "backdrop": backdrop(cast),
         "skip": ["continue"],
     }
-    nodes = fields_of(cast, "node")
-    return places | {"clear": [f"{name}[i, j] = 0.0" for name in nodes]}
+    summed = [n for n in fields_of(cast, "node") if library().fields[n].start]
+    return places | {"clear": clear(summed)}
+
+
+def clear(names: list[str]) -> Lines:
+    """Loop that sets fields of nodes to 0."""
+    if not names:
+        return []
+    loop = ["ti.loop_config(serialize=SERIAL)", "for i, j in ti.ndrange(GRID, GRID):"]
+    return [*loop, *(f"    {name}[i, j] = 0.0" for name in names)]
 
 
 def place(cast: Cast) -> Lines:
@@ -70,16 +84,12 @@ def place(cast: Cast) -> Lines:
     )
     if cast.is_alone and not cast.nozzles:
         speed = f"vec2{literal(cast.bodies[0].initial_state.velocity)}"
-    speed = speed if cast.is_moving else "vec2(0.0)"
-    lines += [f"x[p], v[p] = {place}, {speed}"]
+    some = f"x[p], v[p] = {place}, {speed}" if cast.is_moving else f"x[p] = {place}"
+    lines.append(some)  # other fields are 0 at first
     alike = [n for n in fields_of(cast, "particle") if not start_differs(cast, n)]
-    starts = {"C": "mat2(0.0)"} | {name: start_of(cast, name) for name in alike}
-    for some in (
-        [n for n in starts if n in "CF"],
-        [n for n in starts if n not in "CF"],
-    ):
-        left = ", ".join(f"{name}[p]" for name in some)
-        lines += [f"{left} = {', '.join(starts[n] for n in some)}"] if some else []
+    starts = {name: start_of(cast, name) for name in alike}
+    starts = {name: start for name, start in starts.items() if start != "0.0"}
+    lines += assigned(starts)
     for name in fields_of(cast, "particle"):
         if start_differs(cast, name):
             lines += starts_of(cast, name)
@@ -87,22 +97,31 @@ def place(cast: Cast) -> Lines:
     return lines + (pasted("elastic_fem", "weave") if has_mesh(cast) else [])
 
 
-def weigh(cast: Cast) -> Lines:
-    """Mass and velocity of a particle."""
-    if not cast.is_alone:
-        return pasted("outline", "weigh")
-    return pasted("outline", "weigh_alike")
+def assigned(starts: dict[str, str]) -> Lines:
+    """Statements that give fields of particles their first values, as few as fit."""
+    lines: Lines = []
+    names: list[str] = []
+    for name in starts:
+        line = ", ".join(f"{n}[p]" for n in [*names, name])
+        line += f" = {', '.join(starts[n] for n in [*names, name])}"
+        if names and len(line) <= WIDTH - 8:
+            names, lines[-1] = [*names, name], line
+        else:
+            names = [name]
+            lines.append(f"{name}[p] = {starts[name]}")
+    return lines
 
 
 def unborn_yet(cast: Cast) -> Lines:
     """What is not born yet, and never if its place is taken."""
     room: Lines = []
     if cast.firm:
-        here = "grid[at].z" if len(cast.firm) == len(cast.matter) else "firm[at]"
-        own = "MASS" if cast.is_alone else "mass[p]"
-        room += pasted("outline", "beside", here=here, m=own)
+        here = "flow[at].z" if len(cast.firm) == len(cast.matter) else "firm[at]"
+        room += pasted("outline", "beside", here=here)
     count = len(cast.rigid + cast.movers)
-    room += pasted("outline", "covered", count=str(count)) if count else []
+    if count:
+        covered = "covered" if count == 1 else "covered_any"
+        room += pasted("outline", covered, count=str(count))
     if not room:
         return pasted("outline", "unborn")
     return at_hook(pasted("outline", "unborn_yet"), "room", room)
@@ -187,7 +206,7 @@ def launch(cast: Cast) -> Lines:
 
 def start(cast: Cast) -> Lines:
     """Call that puts everything where it starts."""
-    solids = "motion(0.0)", "THINGS", "RIMS", "BACKDROP"
+    solids = where(cast, "0.0"), "np.float32(THINGS)", "RIMS", "BACKDROP"
     given = "START", "BIRTH", "TRIANGLES", "BAKED", *solids
     return [f"place({', '.join(given)})"]
 
@@ -196,10 +215,11 @@ def fields_of(cast: Cast, per: str) -> list[str]:
     """Names of the fields of materials over particles or nodes, in order of use."""
     code = [
         line
-        for at in ("stress", "scatter", "settle")
+        for at in ("stress", "scatter", "settle", "remember")
         for _, lines in grouped(cast, at)
         for line in lines
     ]
+    code.append("spread[p]")  # for drawing
     known = [name for name, field in library().fields.items() if field.per == per]
     return [name for name in known if any(f"{name}[" in line for line in code)]
 
@@ -214,16 +234,30 @@ def several(cast: Cast) -> bool:
     return len(cast.matter) > 1
 
 
-def stress(cast: Cast) -> Lines:
-    """Strain and stress of every object of matter."""
-    return by_owner(grouped(cast, "stress"), "tau")
+def keep(cast: Cast) -> Lines:
+    """What particles keep of velocities that the grid cannot hold."""
+    lines = matter_at(cast, "keep")
+    some = any(not code for _, code in grouped(cast, "keep"))
+    return ["fine = vec2(0.0)", *lines] if lines and some else lines
 
 
-def by_owner(groups: list[Group], name: str) -> Lines:
-    """Code of the group that a particle belongs to, which sets a matrix of a name."""
+def spread(cast: Cast) -> Lines:
+    """How thin matter is spread, for drawing."""
+    return pasted("outline", f"spread_by_{'area' if has_area(cast) else 'mass'}")
+
+
+def gather(cast: Cast) -> Lines:
+    """Velocities of particles, and their gradients."""
+    if matter_at(cast, "keep"):
+        return pasted("sand", "gather_and_keep")
+    return pasted("outline", "gather")
+
+
+def by_owner(groups: list[Group]) -> Lines:
+    """Code of the group that a particle belongs to."""
     if len(groups) <= 1:
         return groups[0][1] if groups else []
-    lines = [f"{name} = mat2(0.0)"]
+    lines: Lines = []
     for i, (numbers, code) in enumerate(groups):
         lines += [f"{'elif' if i else 'if'} {is_one_of(numbers)}:", *indented(code, 4)]
     return lines
@@ -277,7 +311,7 @@ def solids(cast: Cast) -> Lines:
         (code,) = groups
         alone = [with_name(line, "k", "0") for line in code]
         return [*pasted("solids", "see_one"), *alone]
-    lines += ["far = q.z" if cast.still else "far = 1.0"]
+    lines += ["nearest = vec3(0.0, 0.0, 1.0)"]
     lines += [f"for k in range({len(moving)}):"]
     lines += indented(pasted("solids", "see"), 4)
     for i, (code, numbers) in enumerate(groups.items()):
@@ -285,7 +319,7 @@ def solids(cast: Cast) -> Lines:
         if len(groups) > 1:
             test = with_number(test, "k", numbers)
         lines += indented([f"{'el' if i else ''}{test}", *rest], 4)
-    return [*lines, "near[i, j] = far"]
+    return [*lines, "near[i, j] = nearest"]
 
 
 def with_number(test: str, name: str, numbers: list[int]) -> str:
@@ -343,15 +377,23 @@ def meet_moving(cast: Cast, thing: Any) -> Lines:
     touch = contact(cast, "meet", touched, u="u", w="w", n="s.xy")
     if rigid:
         touch = at_hook(pasted("rigid", "kicked"), "touch", touch)
-    name = "meet_one" if cast.solids == [thing] else "meet_moving"
+    name = meeting(thing) if cast.solids == [thing] else "meet_moving"
     code = pasted("solids", name, skin=number(touched.skin_cells))
     return at_hook(code, "contact", touch)
 
 
-def contact(cast: Cast, name: str, touched: Any, **texts: str) -> Lines:
+def meeting(thing: Any) -> str:
+    """Name of the hook for contact with the only solid that moves, by how it moves."""
+    shifts, turns = (True, True) if is_rigid(thing) else texts.moves(thing)
+    if not turns:
+        return "meet_shifting"
+    return "meet_moving" if shifts else "meet_turning"
+
+
+def contact(cast: Cast, name: str, touched: Any, **given: str) -> Lines:
     """Statements of a contact law; space is full where matter touches something."""
     law = getattr(touched, "type", "separate")
-    lines = pasted(law, name, friction=number(touched.friction), **texts)
+    lines = pasted(law, name, friction=number(touched.friction), **given)
     return lines + FULL * has_area(cast)
 
 
@@ -367,45 +409,43 @@ def at_hook(code: Lines, name: str, lines: Lines) -> Lines:
 
 def tighten(cast: Cast) -> Lines:
     """Stress of the triangles of meshes."""
-    return by_owner([group for group in grouped(cast, "tighten") if group[1]], "P")
+    groups = [group for group in grouped(cast, "tighten") if group[1]]
+    return ["P = mat2(0.0)"] * (len(groups) > 1) + by_owner(groups)
 
 
-def belts(cast: Cast) -> Lines:
-    """Speeds of belts, for rigid bodies."""
-    lines: Lines = []
+def rub(cast: Cast) -> Lines:
+    """Friction of rigid bodies on solids, and on belts with their speeds."""
+    belts: Lines = []
     for k, thing in enumerate(cast.solids):
         if getattr(thing, "kinematics", None) and thing.kinematics.type == "conveyor":
-            lines += [f"if k == {k}:", f"    u += {belt(thing)} * vec2(n.y, -n.x)"]
-    return lines
+            belts += [f"if o == {k}:", f"    belt = {belt(thing)}"]
+    code = pasted("rigid", "rub", belt="belt" if belts else "0.0")
+    return ["belt = 0.0", *belts, *code] if belts else code
 
 
 def walls(cast: Cast) -> Lines:
     """Contact of the grid with the four walls."""
     if not cast.matter:
         return []
-    law, area = cast.scene.environment.walls, FULL * has_area(cast)
-    if law.contact == "sticky":
-        test = "if ti.min(i, j) <= WALL or ti.max(i, j) >= GRID - WALL:"
-        return [test, *indented([*pasted("sticky", "touch"), *area], 4)]
-    lines: Lines = []
-    for i, n in (("i", "vec2({}, 0.0)"), ("j", "vec2(0.0, {})")):
-        n = n.format(f"ti.select({i} <= WALL, 1.0, -1.0)")
-        touch = pasted(law.contact, "touch", u="u", n=n, friction=number(law.friction))
-        lines += [f"if {i} <= WALL or {i} >= GRID - WALL:"]
-        lines += indented([*touch, *area], 4)
-    return lines
+    law = cast.scene.environment.walls
+    given = {"friction": number(law.friction)}
+    code = at_hook(
+        pasted("outline", "bounded"), "touch", pasted(law.contact, "bound", **given)
+    )
+    return [*code, *indented(FULL * has_area(cast), 4)]
+
+
+def advance(cast: Cast) -> Lines:
+    """Places of particles, within the grid where it is looked up by them."""
+    if cast.rigid + cast.movers and not cast.still:
+        return ["x[p] += DT * g.xy"]
+    return pasted("outline", "advance")
 
 
 def push_out(cast: Cast) -> Lines:
     """Particles that have got into solids leave them."""
     lines = pasted("solids", "push_still") if cast.still else []
-    count = len(cast.rigid + cast.movers)
-    code = pasted("solids", "push_moving")
-    if count:
-        one = [with_name(line, "k", "0") for line in code]
-        loop = [f"for k in range({count}):", *indented(code, 4)]
-        test = "if near[base + 1] < 2.0 * DX:  # thin and fast ones overtake particles"
-        lines += [test, *indented(one if count == 1 else loop, 4)]
+    lines += pasted("solids", "push_moving") if cast.rigid + cast.movers else []
     if lines:
         lines += ["x[p] = clamp(x[p], 2.0 * DX, 1.0 - 2.0 * DX)"]
     return lines
@@ -426,9 +466,15 @@ def bodies(cast: Cast) -> Lines:
     return ["move_bodies()"] if cast.rigid else []
 
 
+def where(cast: Cast, time: str) -> str:
+    """Text of the array of where movers are at a time."""
+    place = f"motion({time})"
+    return f"np.float32({place})" if len(cast.movers) == 1 else place
+
+
 def substep(cast: Cast) -> Lines:
     """Call of a step."""
-    return ["substep(step, motion(DT * (step + 1)))"]
+    return [f"substep(step, {where(cast, 'DT * (step + 1)')})"]
 
 
 def balls(cast: Cast) -> Lines:
@@ -460,4 +506,4 @@ def backdrop(cast: Cast) -> Lines:
     """The picture before anything is drawn."""
     if cast.still:
         return ["image = BACKDROP.copy()"]
-    return ["image = np.zeros((PIXELS, PIXELS), np.uint8)"]
+    return ["image = np.zeros((PIXELS, PIXELS), np.int32)"]

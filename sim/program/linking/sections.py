@@ -2,6 +2,7 @@
 
 import math
 
+from mpmworlds.sim.program.features.shape import Shape
 from mpmworlds.sim.program.linking import texts
 from mpmworlds.sim.program.linking.cast import Cast, is_mesh
 from mpmworlds.sim.program.linking.layout import WIDTH, indented, literal, number
@@ -26,13 +27,11 @@ from mpmworlds.sim.program.linking.writer import Writer
 from mpmworlds.sim.scene.steps import frame_time
 
 MPM = (
-    "A 2D Material Point Method: MLS-MPM [Hu et al. 2018] with APIC transfers\n"
-    "[Jiang et al. 2015] and quadratic B-splines, in meters, seconds and kilograms."
+    "2D Material Point Method: MLS-MPM [Hu et al. 2018], APIC [Jiang et al. 2015]; "
+    "SI units."
 )
-RIGID = (
-    "Rigid bodies that meet by impulses [Catto 2005], in meters, seconds, kilograms."
-)
-USE = "`frames()` yields the video, uint8 RGB; `python program.py out.webm` writes it."
+RIGID = "Rigid bodies that meet by sequential impulses [Catto 2005]; SI units."
+USE = "`frames()` yields the video; `python program.py out.webm` writes it."
 MATH = [
     "cconj",
     "clamp",
@@ -78,9 +77,9 @@ def set_up(cast: Cast, writer: Writer) -> None:
     video = f"{frames}, {output.framerate}, {output.resolution}"
     cells = f"{simulation.grid_resolution}, {wall.thickness_cells}"
     lines = [
-        f"FRAMES, RATE, PIXELS = {video}  # of the video",
+        f"FRAMES, RATE, PIXELS = {video}",
         f"SUBSTEPS, DT = {steps}, {dt}  # of a frame; time step [s]",
-        f"GRID, WALL = {cells}  # cells per side; of a wall",
+        f"GRID, WALL = {cells}  # in cells",
         f"DX, SPACING = 1 / GRID, 1 / GRID / {per_side}  # of cells, of particles [m]",
         "AREA = SPACING**2  # of a particle at rest [m^2]",
         f"GRAVITY = vec2{literal(cast.scene.environment.gravity)}",
@@ -146,9 +145,10 @@ def nozzles(cast: Cast) -> Lines:
 def node_fields(cast: Cast) -> Lines:
     """Declarations of the fields of nodes."""
     kind = "vec4" if has_area(cast) else "vec3"
-    area = "; area, then part filled" if has_area(cast) else ""
-    lines = [f"Node = {kind}  # momentum, then velocity; mass{area}"]
-    lines += ["grid = Node.field(shape=(GRID, GRID))"]
+    area, full = (", area", ", part filled") if has_area(cast) else ("", "")
+    of = f"momentum, mass{area}; of flow: velocity, mass{full}"
+    lines = [f"Node = {kind}  # {of}"]
+    lines += ["grid, flow = (Node.field(shape=(GRID, GRID)) for _ in range(2))"]
     for name in fields_of(cast, "node"):
         field = library().fields[name]
         kind = KINDS[field.kind].format("(GRID, GRID)")
@@ -163,7 +163,7 @@ def particle_fields(cast: Cast) -> Lines:
     scalars = ["mass"] * (not cast.is_alone)
     scalars += [n for n, field in own.items() if field.kind == "float"]
     lines = [
-        "x, v = (ti.Vector.field(2, float, N) for _ in range(2))  # places, velocities",
+        "x, v = (ti.Vector.field(2, float, N) for _ in range(2))",
         *declared(tensors, "ti.Matrix.field(2, 2, float, N)"),
         *declared(scalars, "ti.field(float, N)"),
     ]
@@ -207,7 +207,8 @@ def solids(cast: Cast, writer: Writer) -> None:
     if cast.rigid:
         rigid(cast, writer)
     if cast.matter and cast.movers + cast.rigid:
-        writer.add(["near = ti.field(float, (GRID, GRID))  # distance of movers [m]"])
+        shape = "(3, float, (GRID, GRID))"
+        writer.add([f"near = ti.Vector.field{shape}  # normal, distance of movers"])
     if cast.solids:
         writer.define("surface")
 
@@ -216,14 +217,15 @@ def rigid(cast: Cast, writer: Writer) -> None:
     """All solids, and the rims of rigid bodies."""
     rims = []
     for thing in cast.rigid:
-        line = f"{thing.shape.type}_line({texts.arguments(thing.shape.numbers())[2:]})"
-        rims.append(f"rim({line}, {number(thing.shape.roundness())})")
+        line, radius = texts.line(thing.shape), number(thing.shape.roundness())
+        rims.append(f"rim({line}, {radius})")
     friction = number(cast.scene.environment.walls.friction)
     walls = f"*(thing(0.5, 0.5, angle, {friction}) for angle in (0, 180, 90, 270))"
     things = [*map(texts.thing, cast.solids), walls]
-    lines = [f"        {text}," for text in things]
-    writer.add(["THINGS = np.float32(", "    [", *lines, "    ]", ")"])
-    writer.add(["RIMS = [", *(f"    {text}," for text in rims), "]"])
+    lines = [f"    {text}," for text in things]
+    writer.define("SWEEPS", "FORESEEN", "YIELD", "BOUNCE")
+    writer.add(["THINGS = [", *lines, "]"])
+    writer.add([f"RIMS = [{', '.join(rims)}]"])
     writer.add(pasted("rigid", "fields"))
     if cast.matter:
         writer.add(["kick = ti.Vector.field(3, float, BODIES)  # impulse, moment"])
@@ -276,12 +278,18 @@ def motion(cast: Cast) -> Lines:
     ]
     if len(cast.movers) == 1:
         before, row = texts.row(cast.movers[0])
-        return [*lines, *indented([*before, f"return np.float32(({row}))"], 4)]
+        return [*lines, *indented([*before, returned(row)], 4)]
     lines.append("    rows = []")
     for thing in cast.movers:
         before, row = texts.row(thing)
         lines += indented([*before, f"rows.append(({row}))"], 4)
     return [*lines, "    return np.float32(rows)"]
+
+
+def returned(row: str) -> str:
+    """Statement that returns a row, in parentheses if it needs several lines."""
+    line = f"return {row}"
+    return line if len(line) <= WIDTH - 4 else f"return ({row})"
 
 
 def surface(cast: Cast) -> Lines:
@@ -290,28 +298,41 @@ def surface(cast: Cast) -> Lines:
     doc = f'    """Outward normal and signed distance [m] of solid k at p{end}."""'
     lines = ["@ti.func", "def surface(k, p):", doc]
     if len(cast.solids) == 1 and not cast.rigid:
-        (thing,) = cast.solids
-        far = number(float(f"{1.001 * thing.shape.reach():.3g}"))
-        given = {"far": f"{far} + 2.0 * DX"}
-        given["distance"] = texts.in_own_frame(thing.shape)
-        hook = library().hooks["solids", "moving"]
-        code = body_of(hook, given)
-        if not any(isinstance(value, list) for value in thing.shape.numbers()):
-            code[-1:] = indented(texts.inlined_frame(thing.shape), 4)
-        return [*lines, *indented([*code, f"return {result_of(hook, given)}"], 4)]
+        return [*lines, *indented(surface_alone(cast.solids[0].shape), 4)]
     hook = library().hooks["solids", "moving_any"]
-    chain: Lines = []
+    alike: dict[tuple[str, str], list[int]] = {}
     for k, thing in enumerate(cast.solids):
-        far = number(float(f"{1.001 * thing.shape.reach():.3g}"))
-        chain += [
-            f"{'elif' if k else 'if'} k == {k} and q.norm() < {far} + 2.0 * DX:",
-            f"    s = {texts.in_own_frame(thing.shape)}",
-        ]
+        key = reach_of(thing.shape), texts.in_own_frame(thing.shape)
+        alike.setdefault(key, []).append(k)
+    chain: Lines = []
+    for (far, distance), numbers in alike.items():
+        which = " or ".join(f"k == {k}" for k in numbers)
+        which = f"({which})" if len(numbers) > 1 else which
+        chain += [f"{'elif' if chain else 'if'} {which} and q.norm() < {far}:"]
+        chain += [f"    s = {distance}"]
     if cast.rigid:
         wall = "vec3(1.0, 0.0, q.x + 0.5 - WALL * DX)"
         chain += [f"elif k >= {len(cast.solids)}:  # walls", f"    s = {wall}"]
     code = at_hook(body_of(hook, {}), "shapes", chain)
     return [*lines, *indented([*code, f"return {result_of(hook, {})}"], 4)]
+
+
+def surface_alone(shape: Shape) -> Lines:
+    """Body of the function of the surface of one mover."""
+    inline = texts.can_stand_inline(shape)
+    call = [f"s = {texts.in_own_frame(shape)}"]
+    body = texts.inlined_frame(shape) if inline else call
+    loops = not inline or any(line.startswith("for ") for line in body)
+    hook = library().hooks["solids", "moving_within" if loops else "moving"]
+    given = {"far": reach_of(shape)}
+    code = body_of(hook, given)
+    code[-1:] = indented(body, 4 * loops)
+    return [*code, f"return {result_of(hook, given)}"]
+
+
+def reach_of(shape: Shape) -> str:
+    """Text of a distance from its center [m] beyond which a shape does nothing."""
+    return f"{number(float(f'{1.001 * shape.reach():.3g}'))} + 2.0 * DX"
 
 
 def still_alone(cast: Cast) -> Lines:
@@ -331,7 +352,7 @@ def own_functions(cast: Cast) -> dict[str, str]:
         found["still"] = "\n".join(
             [
                 "def still(x, y):",
-                '    """Signed distance [m] of points from what never moves."""',
+                '    """Signed distance [m] from what never moves."""',
                 *indented(still_alone(cast), 4),
             ]
         )
@@ -340,7 +361,7 @@ def own_functions(cast: Cast) -> dict[str, str]:
         found["each"] = "\n".join(
             [
                 "def each(x, y):",
-                '    """Signed distances [m] of points from what never moves."""',
+                '    """Signed distances [m] from what never moves."""',
                 *("    return [", *shapes, "    ]"),
             ]
         )
@@ -351,6 +372,11 @@ def own_functions(cast: Cast) -> dict[str, str]:
         found["fill"] = moving.replace("fill_moving", "fill")
     if cast.movers:
         found["motion"] = "\n".join(motion(cast))
+    if not (cast.movers or cast.nozzles or cast.timed_belts):
+        steps = "for step in range(SUBSTEPS * n, SUBSTEPS * (n + 1)):"
+        whole = library().functions["frames"].text
+        assert steps in whole
+        found["frames"] = whole.replace(steps, "for _ in range(SUBSTEPS):")
     if not cast.matter:
         alone = library().functions["substep_of_bodies"].text
         found["substep"] = alone.replace("substep_of_bodies", "substep")

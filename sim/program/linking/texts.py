@@ -1,12 +1,20 @@
 """Texts of objects: their shapes, places, births and motions, with their numbers."""
 
+import ast
 import re
 from collections import Counter
 from typing import Any
 
 from mpmworlds.sim.program.linking.cast import Cast, is_mesh, is_rigid, weights_of
-from mpmworlds.sim.program.linking.layout import literal, number, offset
-from mpmworlds.sim.program.linking.source import Lines, body_of, library, result_of
+from mpmworlds.sim.program.linking.layout import items, literal, number, offset
+from mpmworlds.sim.program.linking.source import (
+    Lines,
+    body_of,
+    library,
+    names_read,
+    parsed,
+    result_of,
+)
 from mpmworlds.sim.scene.checks import jet_width
 from mpmworlds.sim.scene.scene import Scene
 
@@ -76,6 +84,25 @@ def inlined(shape: Any) -> Lines:
     ]
 
 
+def can_stand_inline(shape: Any) -> bool:
+    """Whether the code of the distance of a shape may take point q for its point p.
+
+    Not if it takes lists, nor if it has a q of its own beside p.
+    """
+    if any(isinstance(value, list) for value in shape.numbers()):
+        return False
+    *statements, last = parsed(library().functions[f"sd_{shape.type}"]).body
+    taken = False
+    for statement in [*statements, last]:
+        names = [n for n in ast.walk(statement) if isinstance(n, ast.Name)]
+        if taken and any(n.id == "p" for n in names):
+            return False
+        taken = taken or any(
+            n.id == "q" and isinstance(n.ctx, ast.Store) for n in names
+        )
+    return True
+
+
 def inlined_frame(shape: Any) -> Lines:
     """Statements that find signed distance and normal s of point q in its frame."""
     piece = library().functions[f"sd_{shape.type}"]
@@ -114,6 +141,16 @@ def nozzle(cast: Cast, thing: Any) -> dict[str, str]:
     return given | {"births": f"{emission.type}({births})"}
 
 
+def line(shape: Any) -> str:
+    """Polyline of a shape, as it is if it is the same for all shapes of the kind."""
+    name = f"{shape.type}_line"
+    piece = library().functions[name]
+    same = result_of(piece, {})
+    if not names_read(same):
+        return same
+    return f"{name}({arguments(shape.numbers())[2:]})"
+
+
 def thing(solid: Any) -> str:
     """Row of a solid: of a rigid body, or of what moves on its own or never."""
     numbers = [*solid.shape.center, getattr(solid.shape, "angle_deg", 0.0)]
@@ -125,6 +162,12 @@ def thing(solid: Any) -> str:
     else:
         numbers.append(solid.contact.friction)
     return f"thing({', '.join(map(number, numbers))})"
+
+
+def moves(thing: Any) -> tuple[bool, bool]:
+    """Whether a mover ever shifts, and whether it ever turns."""
+    *_, u, v, spin = items(row(thing)[1])
+    return {u, v} != {"0.0"}, spin != "0.0"
 
 
 def row(thing: Any) -> tuple[Lines, str]:
@@ -141,6 +184,9 @@ def row(thing: Any) -> tuple[Lines, str]:
 def tidied(text: str) -> str:
     """Text of a sum of products without those that are 0."""
     text = text.replace("*unit(np.radians(0.0))", "1.0, 0.0")
-    text = text.replace("np.radians(0.0) + ", "").replace("radians(0.0 + ", "radians(")
+    text = text.replace("sin - unit(np.radians(0.0))[1]", "sin")
+    for zero in ("np.radians(0.0) + ", " + np.radians(0.0)"):
+        text = text.replace(zero, "")
+    text = text.replace("radians(0.0 + ", "radians(").replace(") - 0.0, ", "), ")
     text = re.sub(r" \+ 0\.0 \* \w+", "", text)
     return re.sub(r"\b0\.0 \* \w+", "0.0", text).replace("+ -", "- ")

@@ -1,14 +1,17 @@
 """Separating contact: no motion inwards, Coulomb friction."""
 
 from mpmworlds.sim.program.words import (
+    GRID,
+    WALL,
     hook,
     ti,
+    vec2,
 )
 
 
 @ti.func
 def slide(u, n, friction):
-    """Velocity u where a surface of normal n stops the part into it, with friction."""
+    """Velocity u at a surface of normal n that stops it, with friction."""
     into = ti.min(u.dot(n), 0.0)
     u -= into * n
     return u * ti.max(1.0 + friction * into / ti.max(u.norm(), 1e-9), 0.0)
@@ -17,6 +20,13 @@ def slide(u, n, friction):
 @hook.touch
 def touch(u, n, friction):
     u = slide(u, n, friction)
+    return u
+
+
+@hook.touch
+def bound(i, j, u, friction):
+    n = 1.0 * (vec2(i, j) <= WALL) - 1.0 * (vec2(i, j) >= GRID - WALL)
+    u = slide(slide(u, vec2(n.x, 0.0), friction), vec2(0.0, n.y), friction)
     return u
 
 

@@ -13,6 +13,12 @@ def touch(u):
 
 
 @hook.touch
+def bound(u):
+    u = vec2(0.0)
+    return u
+
+
+@hook.touch
 def meet(u, w):
     u = w
     return u

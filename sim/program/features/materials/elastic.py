@@ -9,6 +9,7 @@ from mpmworlds.sim.program.words import (
     C,
     hook,
     mat2,
+    stress,
     ti,
 )
 from mpmworlds.sim.scene.fields import about
@@ -18,6 +19,7 @@ class Elastic(Solid):
     """Fixed corotated elasticity with Kelvin-Voigt damping."""
 
     FAMILY = "elastic/plastic"
+    TEARS_AT = 5.0
 
     constitutive_model: Literal["elastic"] = about("material", "constitutive model")
     damping: float = about(
@@ -31,7 +33,7 @@ class Elastic(Solid):
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:
         """Stress, and damping if there is any."""
         damped = {"damp": {"eta": self.damping}} if self.damping else {}
-        return {"stress": self.moduli()} | damped
+        return {"deform": self.moduli()} | damped
 
 
 @ti.func
@@ -45,13 +47,11 @@ def corotated(F, E, nu):
 
 
 @hook.stress
-def stress(p, E, nu):
+def deform(p, E, nu):
     F[p] += DT * C[p] @ F[p]
-    tau = corotated(F[p], E, nu)
-    return tau
+    stress[p] = corotated(F[p], E, nu)
 
 
 @hook.stress
-def damp(p, tau, eta):
-    tau += eta * (C[p] + C[p].transpose())
-    return tau
+def damp(p, eta):
+    stress[p] += eta * (C[p] + C[p].transpose())

@@ -23,6 +23,7 @@ from mpmworlds.sim.program.words import (
     mass,
     mat2,
     rest,
+    stress,
     ti,
     triangle,
     v,
@@ -54,7 +55,7 @@ class ElasticFem(Solid):
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:
         """Moduli of triangles; of particles, damping alone."""
         damped = {"damp": {"eta": self.damping}} if self.damping else {}
-        crowded = {"resist": {"E": self.youngs_modulus}}
+        crowded = {"resist": {"K": 2.0 * self.youngs_modulus}}
         return {"tighten": self.moduli()} | crowded | damped
 
 
@@ -156,13 +157,11 @@ def weave(triangles):
 
 
 @hook.stress
-def resist(p, E):
+def resist(p, K):
     J[p] = clamp(J[p] * (1.0 + DT * C[p].trace()), 0.1, 1.1)  # against tangles
-    tau = 2.0 * E * ti.min(J[p] - 0.7, 0.0) * mat2(1.0, 0.0, 0.0, 1.0)
-    return tau
+    stress[p] = K * ti.min(J[p] - 0.7, 0.0) * mat2(1.0, 0.0, 0.0, 1.0)
 
 
 @hook.stress
-def damp(p, tau, eta):
-    tau += eta * (C[p] + C[p].transpose())
-    return tau
+def damp(p, eta):
+    stress[p] += eta * (C[p] + C[p].transpose())

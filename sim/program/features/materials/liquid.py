@@ -11,6 +11,7 @@ from mpmworlds.sim.program.words import (
     clamp,
     hook,
     mat2,
+    stress,
     ti,
 )
 from mpmworlds.sim.scene.fields import about
@@ -40,7 +41,7 @@ class Liquid(Material):
 
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:
         """Stress, and the volume that splashing loses track of."""
-        return {"stress": {"K": self.bulk_modulus, "eta": self.viscosity}, "settle": {}}
+        return {"deform": {"K": self.bulk_modulus, "eta": self.viscosity}, "settle": {}}
 
 
 @ti.func
@@ -52,9 +53,8 @@ def liquid(J, C, K, eta):
 
 
 @hook.stress
-def stress(p, K, eta):
-    J[p], tau = liquid(J[p], C[p], K, eta)
-    return tau
+def deform(p, K, eta):
+    J[p], stress[p] = liquid(J[p], C[p], K, eta)
 
 
 @hook.settle

@@ -10,6 +10,7 @@ from mpmworlds.sim.program.words import (
     C,
     hook,
     mat2,
+    stress,
     ti,
 )
 from mpmworlds.sim.scene.fields import about
@@ -24,6 +25,7 @@ class Plastic(Solid):
     """
 
     FAMILY = "elastic/plastic"
+    TEARS_AT = 5.0
 
     constitutive_model: Literal["plastic"] = about("material", "constitutive model")
     yield_stress: float = about(
@@ -37,7 +39,7 @@ class Plastic(Solid):
         """Stress, with hardening if there is any."""
         numbers = self.moduli() | {"k": self.yield_stress}
         if self.hardening_modulus == 0.0:
-            return {"stress": numbers}
+            return {"deform": numbers}
         return {"harden": numbers | {"slope": self.hardening_modulus}}
 
 
@@ -54,15 +56,13 @@ def plastic(F, E, nu, k, slope):
 
 
 @hook.stress
-def stress(p, E, nu, k):
+def deform(p, E, nu, k):
     F[p] += DT * C[p] @ F[p]
-    F[p], _, tau = plastic(F[p], E, nu, k, 0.0)
-    return tau
+    F[p], _, stress[p] = plastic(F[p], E, nu, k, 0.0)
 
 
 @hook.stress
 def harden(p, E, nu, k, slope):
     F[p] += DT * C[p] @ F[p]
-    F[p], more, tau = plastic(F[p], E, nu, k + slope * slip[p], slope)
+    F[p], more, stress[p] = plastic(F[p], E, nu, k + slope * slip[p], slope)
     slip[p] += more
-    return tau

@@ -30,6 +30,7 @@ from mpmworlds.sim.program.words import (
     kick,
     pose,
     rims,
+    rough,
     solid,
     spot,
     surface,
@@ -39,7 +40,6 @@ from mpmworlds.sim.program.words import (
     vec2,
     vec3,
     vec4,
-    velocity_at,
 )
 from mpmworlds.sim.scene.fields import about
 
@@ -70,24 +70,23 @@ class Rigid(Material):
         return {}
 
 
-SWEEPS = 10  # over all contacts, which share impulses; 6 hold a stack of five
+SWEEPS = 40  # over all contacts, which share impulses; 30 hold a stack of five
 FORESEEN = 5e-4  # gap [m] from which contacts are kept, so that they do not flicker
 YIELD = 60.0  # rate at which overlap is undone [1/s]
 BOUNCE = 0.1  # speed of approach [m/s] below which nothing bounces
 
 
 def thing(x, y, degrees, friction, bounce=0.0, mass=np.inf, inertia=np.inf, *rate):
-    """Row of a solid: center, cosine and sine of its angle, velocity, spin, others."""
+    """Row of a solid: pose, velocity, spin, 1 / mass twice, 1 / inertia, and others."""
     motion = *unit(np.radians(degrees)), *(rate or (0.0, 0.0, 0.0))
-    return x, y, *motion, 1 / mass, 1 / inertia, bounce, friction
+    return x, y, *motion, 1 / mass, 1 / mass, 1 / inertia, bounce, friction
 
 
 def rim(line, radius):
     """Points along a polyline, and the distance [m] of the surface from them."""
     points = [(*line[-1], radius)]
     for (ax, ay), (bx, by) in zip(line[:-1], line[1:], strict=True):
-        far = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
-        for part in np.arange(0, 1, SPACING / far):
+        for part in np.arange(0, 1, SPACING / np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)):
             points.append((ax + part * (bx - ax), ay + part * (by - ay), radius))
     return np.array(points)
 
@@ -98,26 +97,18 @@ def fields(THINGS, RIMS):
     RIMS = np.float32([np.resize(points, (POINTS, 3)) for points in RIMS])
     SOLIDS, BODIES = len(THINGS), len(RIMS)
     pose = ti.Vector.field(4, float, SOLIDS)  # center; cosine and sine of the angle
-    twist = ti.Vector.field(3, float, SOLIDS)  # velocity and spin
-    ease = ti.Vector.field(4, float, SOLIDS)  # 1 / mass, 1 / inertia; bounce; friction
+    twist, ease = (ti.Vector.field(3, float, SOLIDS) for _ in range(2))  # of velocity
+    rough = ti.Vector.field(2, float, SOLIDS)  # part of speed after a bounce; friction
     rims = ti.Vector.field(3, float, (BODIES, POINTS))
     touching = ti.Vector.field(3, float, POINTS)  # normal and distance of a solid
     spot, hit = (ti.Vector.field(4, float, (BODIES, SOLIDS, 2)) for _ in range(2))
-    return RIMS, SOLIDS, BODIES, pose, twist, ease, rims, touching, spot, hit
+    return RIMS, SOLIDS, BODIES, pose, twist, ease, rough, rims, touching, spot, hit
 
 
 @ti.func
-def push(k, o, p, impulse):
-    """Push body k by an impulse [kg m/s] at p, and solid o back."""
-    twist[k] += vec3(ease[k].x * impulse, ease[k].y * cross(p - pose[k].xy, impulse))
-    twist[o] -= vec3(ease[o].x * impulse, ease[o].y * cross(p - pose[o].xy, impulse))
-
-
-@ti.func
-def looseness(k, o, p, n):
-    """Inverse of the mass [1/kg] that an impulse along n at p between k and o feels."""
-    at_k, at_o = cross(p - pose[k].xy, n), cross(p - pose[o].xy, n)
-    return ease[k].x + ease[o].x + ease[k].y * at_k * at_k + ease[o].y * at_o * at_o
+def lever(k, p, d):
+    """Part along d at p of the twist of solid k; what a force d there does to it."""
+    return vec3(d, cross(p - pose[k].xy, d))
 
 
 @ti.func
@@ -127,8 +118,7 @@ def find_contacts(k, o):
     for i in range(POINTS):
         p = pose[k].xy + cmul(pose[k].zw, rims[k, i].xy)
         touching[i] = surface(o, p) - vec3(0.0, 0.0, rims[k, i].z)
-        if touching[i].z < FORESEEN:
-            mean += touching[i].xy
+        mean += ti.select(touching[i].z < FORESEEN, touching[i].xy, 0.0)
     low, high, ends = 1e9, -1e9, ivec2(-1, -1)
     for i in range(POINTS):
         if touching[i].z < FORESEEN and touching[i].xy.dot(mean) > 0.5 * mean.norm():
@@ -138,66 +128,68 @@ def find_contacts(k, o):
             if aside > high:
                 high, ends.y = aside, i
     for end in ti.static(range(2)):
-        i, before = ends[end], hit[k, o, end]
+        i = ends[end]
         hit[k, o, end] = vec4(0.0)
         if i >= 0 and (end == 0 or i != ends.x):
             n, gap = touching[i].xy, touching[i].z
             p = pose[k].xy + cmul(pose[k].zw, rims[k, i].xy) - rims[k, i].z * n
-            speed = (velocity_at(k, p, n) - velocity_at(o, p, n)).dot(n)
+            speed = lever(k, p, n).dot(twist[k]) - lever(o, p, n).dot(twist[o])
             goal = -ti.max(gap, 0.0) / DT  # closes the gap within the step
             if speed < ti.min(goal, -BOUNCE):
-                goal = -ease[k].z * speed
-            spot[k, o, end] = vec4(p, n)
-            hit[k, o, end] = vec4(1.0, goal, before.x * before.zw)
+                goal = -rough[k].x * speed
+            spot[k, o, end], hit[k, o, end] = vec4(p, n), vec4(1.0, goal, 0.0, 0.0)
             away = YIELD * DT * ti.max(-gap, 0.0) / (ease[k].x + ease[o].x) * n
             pose[k].xy += ease[k].x * away
             pose[o].xy -= ease[o].x * away
 
 
 @ti.func
-def resist(k, o, end):
-    """Bring a contact to its goal by impulses that push, with Coulomb friction."""
-    p, n, before = spot[k, o, end].xy, spot[k, o, end].zw, hit[k, o, end].zw
-    t, speed = vec2(n.y, -n.x), (velocity_at(k, p, n) - velocity_at(o, p, n)).dot(n)
-    lack = (hit[k, o, end].y - speed) / looseness(k, o, p, n)
-    normal = ti.max(before.x + lack, 0.0)
-    push(k, o, p, (normal - before.x) * n)
-    speed = (velocity_at(k, p, n) - velocity_at(o, p, n)).dot(t)
-    most = ease[o].w * normal
-    along = clamp(before.y - speed / looseness(k, o, p, t), -most, most)
-    push(k, o, p, (along - before.y) * t)
-    hit[k, o, end].zw = vec2(normal, along)
+def impulse(k, o, p, d, goal, before, low, high):
+    """Impulse along d at p, in all and within bounds, that gives k and o a speed."""
+    a, b = lever(k, p, d), lever(o, p, d)
+    lack = goal - a.dot(twist[k]) + b.dot(twist[o])
+    after = clamp(before + lack / (a.dot(ease[k] * a) + b.dot(ease[o] * b)), low, high)
+    twist[k] += (after - before) * ease[k] * a
+    twist[o] -= (after - before) * ease[o] * b
+    return after
 
 
 @ti.func
 def move_bodies():
     """Move rigid bodies by gravity, by what hit them, and by contacts of their rims."""
     ti.loop_config(serialize=True)
-    for k in range(BODIES):
-        twist[k] += vec3(DT * GRAVITY, 0.0)
-        hook.kicks(k)
-    ti.loop_config(serialize=True)
-    for k, o in ti.ndrange(BODIES, SOLIDS):
-        if k != o:
-            find_contacts(k, o)
-    ti.loop_config(serialize=True)
-    for sweep, k, o, end in ti.ndrange(SWEEPS + 1, BODIES, SOLIDS, 2):
-        if hit[k, o, end].x > 0.0:
-            n, J = spot[k, o, end].zw, hit[k, o, end].zw
-            if sweep == 0:  # from the impulses of the step before
-                push(k, o, spot[k, o, end].xy, J.x * n + J.y * vec2(n.y, -n.x))
-            else:
-                resist(k, o, end)
-    ti.loop_config(serialize=True)
-    for k in range(BODIES):
-        turn = DT * twist[k].z  # 1 - turn^2 / 3 and turn are along the angle turn
-        angle = cmul(pose[k].zw, vec2(1.0 - turn * turn / 3.0, turn)).normalized()
-        pose[k] = vec4(pose[k].xy + DT * twist[k].xy, angle)
+    for _ in range(1):  # by one thread, in order
+        for k in range(BODIES):
+            hook.accelerate(k)
+        for k, o in ti.ndrange(BODIES, SOLIDS):
+            if k != o:
+                find_contacts(k, o)
+        for _, k, o, end in ti.ndrange(SWEEPS, BODIES, SOLIDS, 2):
+            if hit[k, o, end].x > 0.0:
+                p, n, J = spot[k, o, end].xy, spot[k, o, end].zw, hit[k, o, end].zw
+                J.x = impulse(k, o, p, n, hit[k, o, end].y, J.x, 0.0, 1e9)
+                most = rough[o].y * J.x
+                hook.rub(k, o, p, n, J, most)
+                hit[k, o, end].zw = J
+        for k in range(BODIES):
+            turn = DT * twist[k].z  # 1 - turn^2 / 3 and turn are along the angle turn
+            angle = cmul(pose[k].zw, vec2(1.0 - turn * turn / 3.0, turn)).normalized()
+            pose[k] = vec4(pose[k].xy + DT * twist[k].xy, angle)
 
 
-@hook.kicks
-def kicks(k):
-    twist[k] += vec3(ease[k].x * kick[k].xy, ease[k].y * kick[k].z)
+@hook.rub
+def rub(k, o, p, n, J, most, belt):
+    J.y = impulse(k, o, p, vec2(n.y, -n.x), belt, J.y, -most, most)
+
+
+@hook.accelerate
+def fall(k):
+    twist[k] += vec3(DT * GRAVITY, 0.0)
+
+
+@hook.accelerate
+def fall_and_be_kicked(k):
+    twist[k] += vec3(DT * GRAVITY, 0.0) + ease[k] * kick[k]
     kick[k] = vec3(0.0)
 
 
@@ -205,8 +197,7 @@ def kicks(k):
 def kicked(i, j, k, m, u):
     before = u
     hook.touch(u)
-    lost = m * (before - u)
-    kick[k] += vec3(lost, cross(DX * vec2(i, j) - pose[k].xy, lost))
+    kick[k] += lever(k, DX * vec2(i, j), m * (before - u))
 
 
 @hook.bake
@@ -225,15 +216,14 @@ def paint(backdrop, first, last, number):
     for j, i in ti.ndrange(PIXELS, PIXELS):
         for k in range(first, last):
             if surface(k, (vec2(i, j) + 0.5) / PIXELS).z < 0.0:
-                backdrop[j, i] = ti.cast(number + k, ti.u8)
+                backdrop[j, i] = number + k
 
 
 @hook.launch
 def launch(things, outlines):
     for k in pose:
-        for i in ti.static(range(4)):
-            pose[k][i], ease[k][i] = things[k, i], things[k, 7 + i]
-        twist[k] = vec3(things[k, 4], things[k, 5], things[k, 6])
+        row = [things[k, i] for i in ti.static(range(12))]
+        pose[k], twist[k] = row[:4], row[4:7]
+        ease[k], rough[k] = row[7:10], row[10:]
     for k, i in rims:
         rims[k, i] = vec3(outlines[k, i, 0], outlines[k, i, 1], outlines[k, i, 2])
-    hit.fill(0.0)

@@ -1,4 +1,10 @@
-"""Sand: Hencky strain, Mohr-Coulomb cone in 2D [Klar et al. 2016]."""
+"""Sand: Hencky strain, Mohr-Coulomb cone in 2D [Klar et al. 2016].
+
+Each transfer from particles to the grid and back filters velocities, so that shorter
+steps would brake grains more: a column of sand would reach 4 % less far with half the
+step. What the grid cannot hold of a velocity therefore stays with the particle, as in
+FLIP [Brackbill and Ruppel 1986], and fades at a rate per time.
+"""
 
 from typing import Literal
 
@@ -6,17 +12,23 @@ import numpy as np
 
 from mpmworlds.sim.program.features.deformation import F, parts
 from mpmworlds.sim.program.features.material import Numbers, Solid
-from mpmworlds.sim.program.fields import particle
+from mpmworlds.sim.program.fields import node, particle
 from mpmworlds.sim.program.words import (
     DT,
+    DX,
     C,
+    grid,
     hook,
     mat2,
+    stress,
     ti,
+    v,
 )
 from mpmworlds.sim.scene.fields import about
 
 loose = particle("float", "1.0", "volume that matter gained by parting, a ratio")
+old = node("vec2", "", "velocity before the step [m/s]")
+KEEPS: dict[str, Numbers] = {"sand.remember": {}, "sand.keep": {}}
 
 
 class Grains(Solid):
@@ -36,7 +48,7 @@ class Sand(Grains):
 
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:
         """Stress."""
-        return {"stress": self.moduli() | {"phi": self.friction_angle_deg}}
+        return {"deform": self.moduli() | {"phi": self.friction_angle_deg}} | KEEPS
 
 
 @ti.func
@@ -57,9 +69,26 @@ def sand(F, loose, E, nu, sin, bond):
     return ti.sqrt(J / (1.0 - r * r)) * (R + r * D), new_loose, tau
 
 
+@hook.remember
+def remember(i, j, m):
+    old[i, j] = grid[i, j].xy / m
+
+
+@hook.keep
+def keep(p, base, w):
+    fine = v[p]  # less what the grid holds of it; fades within 1 ms
+    for i, j in ti.static(ti.ndrange(3, 3)):
+        fine -= w[i].x * w[j].y * old[base.x + i, base.y + j]
+    return fine
+
+
+@hook.gather
+def gather_and_keep(p, fine, g, G):
+    v[p], C[p] = g.xy + fine / (1.0 + DT / 0.001), 4.0 / DX * G
+
+
 @hook.stress
-def stress(p, E, nu, phi):
+def deform(p, E, nu, phi):
     F[p] += DT * C[p] @ F[p]
     sin = ti.static(np.sin(np.radians(phi)))
-    F[p], loose[p], tau = sand(F[p], loose[p], E, nu, sin, 0.0)
-    return tau
+    F[p], loose[p], stress[p] = sand(F[p], loose[p], E, nu, sin, 0.0)

@@ -12,6 +12,7 @@ from mpmworlds.sim.program.words import (
     clamp,
     hook,
     mat2,
+    stress,
     ti,
 )
 from mpmworlds.sim.scene.fields import about
@@ -48,7 +49,7 @@ class Snow(Solid):
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:
         """Stress."""
         return {
-            "stress": self.moduli()
+            "deform": self.moduli()
             | {
                 "low": self.hardening_min,
                 "high": self.hardening_max,
@@ -79,7 +80,6 @@ def snow(F, Jp, E, nu, press, pull, xi, low, high):
 
 
 @hook.stress
-def stress(p, E, nu, press, pull, xi, low, high):
+def deform(p, E, nu, press, pull, xi, low, high):
     F[p] += DT * C[p] @ F[p]
-    F[p], Jp[p], tau = snow(F[p], Jp[p], E, nu, press, pull, xi, low, high)
-    return tau
+    F[p], Jp[p], stress[p] = snow(F[p], Jp[p], E, nu, press, pull, xi, low, high)

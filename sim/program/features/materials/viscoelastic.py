@@ -10,6 +10,7 @@ from mpmworlds.sim.program.words import (
     C,
     hook,
     mat2,
+    stress,
     ti,
 )
 from mpmworlds.sim.scene.fields import about
@@ -30,7 +31,7 @@ class Viscoelastic(Solid):
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:
         """Stress, and volume as of liquids."""
         numbers = self.moduli() | {"time": self.relaxation_time}
-        return {"stress": numbers, "deformation.settle": {}}
+        return {"deform": numbers, "deformation.settle": {}}
 
 
 @ti.func
@@ -49,7 +50,6 @@ def maxwell(F, loose, E, nu, time):
 
 
 @hook.stress
-def stress(p, E, nu, time):
+def deform(p, E, nu, time):
     F[p] += DT * C[p] @ F[p]
-    F[p], loose[p], tau = maxwell(F[p], loose[p], E, nu, time)
-    return tau
+    F[p], loose[p], stress[p] = maxwell(F[p], loose[p], E, nu, time)

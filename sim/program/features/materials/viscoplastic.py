@@ -10,6 +10,7 @@ from mpmworlds.sim.program.words import (
     C,
     hook,
     mat2,
+    stress,
     ti,
 )
 from mpmworlds.sim.scene.fields import about
@@ -37,7 +38,7 @@ class Viscoplastic(Solid):
         """Stress of Bingham's or another fluid, and volume as of liquids."""
         numbers = self.moduli() | {"k": self.yield_stress, "eta": self.consistency}
         if self.exponent == 1.0:
-            return {"stress": numbers, "deformation.settle": {}}
+            return {"deform": numbers, "deformation.settle": {}}
         return {"thin": numbers | {"n": self.exponent}, "deformation.settle": {}}
 
 
@@ -91,14 +92,12 @@ def overstress(excess, drag, eta, n):
 
 
 @hook.stress
-def stress(p, E, nu, k, eta):
+def deform(p, E, nu, k, eta):
     F[p] += DT * C[p] @ F[p]
-    F[p], loose[p], tau = bingham(F[p], loose[p], E, nu, k, eta)
-    return tau
+    F[p], loose[p], stress[p] = bingham(F[p], loose[p], E, nu, k, eta)
 
 
 @hook.stress
 def thin(p, E, nu, k, eta, n):
     F[p] += DT * C[p] @ F[p]
-    F[p], loose[p], tau = herschel_bulkley(F[p], loose[p], E, nu, k, eta, n)
-    return tau
+    F[p], loose[p], stress[p] = herschel_bulkley(F[p], loose[p], E, nu, k, eta, n)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmworlds.sim.program.features.deformation import F
 from mpmworlds.sim.program.features.material import Numbers
-from mpmworlds.sim.program.features.materials.sand import Grains, loose, sand
+from mpmworlds.sim.program.features.materials.sand import KEEPS, Grains, loose, sand
 from mpmworlds.sim.program.fields import node, particle
 from mpmworlds.sim.program.words import (
     AREA,
@@ -14,6 +14,7 @@ from mpmworlds.sim.program.words import (
     DX,
     C,
     hook,
+    stress,
     ti,
 )
 from mpmworlds.sim.scene.fields import about
@@ -37,7 +38,7 @@ class WetSand(Grains):
         """Stress, the start, and what liquid does."""
         numbers = {"phi": self.friction_angle_deg, "most": self.cohesion}
         soaking: dict[str, Numbers] = {"soak": {}} if "liquid" in present else {}
-        return {"stress": self.moduli() | numbers} | soaking
+        return {"deform": self.moduli() | numbers} | soaking | KEEPS
 
     def gives(self, other: str) -> dict[str, Numbers]:
         """Liquid makes itself felt."""
@@ -51,12 +52,11 @@ def cohesion(saturation, most):
 
 
 @hook.stress
-def stress(p, E, nu, phi, most):
+def deform(p, E, nu, phi, most):
     F[p] += DT * C[p] @ F[p]
     sin, cos = ti.static(np.sin(np.radians(phi)), np.cos(np.radians(phi)))
     bond = cos * cohesion(saturation[p], most)
-    F[p], loose[p], tau = sand(F[p], loose[p], E, nu, sin, bond)
-    return tau
+    F[p], loose[p], stress[p] = sand(F[p], loose[p], E, nu, sin, bond)
 
 
 @hook.settle

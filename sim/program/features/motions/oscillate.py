@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from mpmworlds.sim.program.features.angles import unit
 from mpmworlds.sim.program.features.material import Numbers
-from mpmworlds.sim.program.features.motion import POSES, Motion, Pose, elapsed
+from mpmworlds.sim.program.features.motion import POSES, Motion, Pose
 from mpmworlds.sim.program.words import (
     hook,
 )
@@ -64,37 +64,35 @@ class Oscillate(Motion):
         return [((x * part, y * part), turn * part) for part in parts]
 
 
-def harmonic(t, frequency, phase):
-    """Part of its amplitude that a harmonic motion is at, and its rate [1/s]."""
-    cos, sin = unit(2 * np.pi * frequency * t + np.radians(phase))
-    return sin - unit(np.radians(phase))[1], 2 * np.pi * frequency * cos
-
-
 @hook.row
 def oscillate(t, x, y, degrees, a, b, frequency, phase):
-    part, rate = harmonic(t, frequency, phase)
+    cos, sin = unit(2 * np.pi * frequency * t + np.radians(phase))
+    part, rate = sin - unit(np.radians(phase))[1], 2 * np.pi * frequency * cos
     cx, cy = x + a * part, y + b * part
     return cx, cy, *unit(np.radians(degrees)), a * rate, b * rate, 0.0
 
 
 @hook.row
 def oscillate_for_a_time(t, x, y, degrees, a, b, frequency, phase, start, stop):
-    time, moving = elapsed(t, start, stop)
-    part, rate = harmonic(time, frequency, phase)
+    time, moving = min(max(t, start), stop) - start, float(start <= t < stop)
+    cos, sin = unit(2 * np.pi * frequency * time + np.radians(phase))
+    part, rate = sin - unit(np.radians(phase))[1], 2 * np.pi * frequency * cos
     cx, cy, rate = x + a * part, y + b * part, moving * rate
     return cx, cy, *unit(np.radians(degrees)), a * rate, b * rate, 0.0
 
 
 @hook.row
 def rock(t, x, y, degrees, a, b, c, frequency, phase):
-    part, rate = harmonic(t, frequency, phase)
+    cos, sin = unit(2 * np.pi * frequency * t + np.radians(phase))
+    part, rate = sin - unit(np.radians(phase))[1], 2 * np.pi * frequency * cos
     turn, spin = unit(np.radians(degrees + c * part)), np.radians(c * rate)
     return x + a * part, y + b * part, *turn, a * rate, b * rate, spin
 
 
 @hook.row
 def rock_for_a_time(t, x, y, degrees, a, b, c, frequency, phase, start, stop):
-    time, moving = elapsed(t, start, stop)
-    part, rate = harmonic(time, frequency, phase)
+    time, moving = min(max(t, start), stop) - start, float(start <= t < stop)
+    cos, sin = unit(2 * np.pi * frequency * time + np.radians(phase))
+    part, rate = sin - unit(np.radians(phase))[1], 2 * np.pi * frequency * cos
     turn, rate = unit(np.radians(degrees + c * part)), moving * rate
     return x + a * part, y + b * part, *turn, a * rate, b * rate, np.radians(c * rate)

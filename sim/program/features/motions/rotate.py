@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmworlds.sim.program.features.angles import unit
 from mpmworlds.sim.program.features.material import Numbers
-from mpmworlds.sim.program.features.motion import POSES, Motion, Pose, elapsed
+from mpmworlds.sim.program.features.motion import POSES, Motion, Pose
 from mpmworlds.sim.program.words import (
     hook,
 )
@@ -42,5 +42,5 @@ def rotate(t, x, y, degrees, spin):
 
 @hook.row
 def rotate_for_a_time(t, x, y, degrees, spin, start, stop):
-    time, moving = elapsed(t, start, stop)
+    time, moving = min(max(t, start), stop) - start, float(start <= t < stop)
     return x, y, *unit(np.radians(degrees) + spin * time), 0.0, 0.0, spin * moving

@@ -7,7 +7,7 @@ import numpy as np
 
 from mpmworlds.sim.program.features.angles import unit
 from mpmworlds.sim.program.features.material import Numbers
-from mpmworlds.sim.program.features.motion import REST, Motion, Pose, elapsed
+from mpmworlds.sim.program.features.motion import REST, Motion, Pose
 from mpmworlds.sim.program.words import (
     hook,
 )
@@ -38,6 +38,6 @@ class Translate(Motion):
 
 @hook.row
 def translate(t, x, y, degrees, u, v, start, stop):
-    time, moving = elapsed(t, start, stop)
+    time, moving = min(max(t, start), stop) - start, float(start <= t < stop)
     cx, cy = x + u * time, y + v * time
     return cx, cy, *unit(np.radians(degrees)), u * moving, v * moving, 0.0

@@ -39,7 +39,7 @@ class Box(Turned):
 
 
 def box(x, y, width, height):
-    """Signed distance of points from a box around the origin."""
+    """Signed distance from a box around the origin."""
     x, y = abs(x) - width / 2, abs(y) - height / 2
     outside = np.sqrt(np.maximum(x, 0) ** 2 + np.maximum(y, 0) ** 2)
     return outside + np.minimum(np.maximum(x, y), 0)

@@ -36,7 +36,7 @@ class Capsule(Turned):
 
 
 def capsule(x, y, length, radius):
-    """Signed distance of points from a bar with round ends along x."""
+    """Signed distance from a bar with round ends along x."""
     x = x - np.clip(x, -length / 2, length / 2)
     return np.sqrt(x**2 + y**2) - radius
 

@@ -33,7 +33,7 @@ class Circle(Shape):
 
 
 def circle(x, y, radius):
-    """Signed distance of points from a disc around the origin."""
+    """Signed distance from a disc around the origin."""
     return np.sqrt(x**2 + y**2) - radius
 
 

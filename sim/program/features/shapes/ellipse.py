@@ -47,7 +47,7 @@ class Ellipse(Turned):
 
 
 def ellipse(x, y, a, b):
-    """Signed distance of points from an ellipse with semi-axes a and b.
+    """Signed distance from an ellipse with semi-axes a and b.
 
     The nearest point is (a c, b s), sought by fitting circles of curvature there.
     """

@@ -43,7 +43,7 @@ class FanBlades(Turned):
 
 
 def fan_blades(x, y, count, length, thickness):
-    """Signed distance of points from blades around the origin, the first along x."""
+    """Signed distance from blades around the origin, the first along x."""
     nearest = np.inf
     for i in range(count):
         c, s = unit(2 * np.pi * i / count)

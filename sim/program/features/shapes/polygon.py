@@ -42,7 +42,7 @@ class Polygon(Turned):
 
 
 def polygon(x, y, corners):
-    """Signed distance of points from a simple polygon."""
+    """Signed distance from a simple polygon."""
     nearest, inside = np.inf, False
     for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):
         ex, ey, px, py = bx - ax, by - ay, x - ax, y - ay
@@ -63,8 +63,8 @@ def polygon_line(corners):
 def sd_polygon(p, corners: ti.template()):
     """Outward normal and signed distance [m] of a simple polygon."""
     nearest, side, c = vec2(1e9, 0.0), 1.0, ti.Matrix(corners)
-    start = vec2(c[len(corners) - 1, 0], c[len(corners) - 1, 1])
-    for i in range(len(corners)):
+    start = vec2(c[c.n - 1, 0], c[c.n - 1, 1])
+    for i in range(c.n):
         end = vec2(c[i, 0], c[i, 1])
         edge, arm = end - start, p - start
         away = arm - clamp(arm.dot(edge) / edge.dot(edge), 0.0, 1.0) * edge

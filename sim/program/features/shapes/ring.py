@@ -77,7 +77,7 @@ class Ring(Turned):
 
 
 def ring(x, y, radius, thickness, opening):
-    """Signed distance of points from a ring that is open by some degrees around +y."""
+    """Signed distance from a ring that is open by some degrees around +y."""
     cos, sin = unit(np.radians(opening / 2))
     end_x, end_y = radius * sin, radius * cos
     wall = abs(np.sqrt(x**2 + y**2) - radius)

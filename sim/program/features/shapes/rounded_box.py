@@ -48,7 +48,7 @@ class RoundedBox(Turned):
 
 
 def rounded_box(x, y, width, height, radius):
-    """Signed distance of points from a box with round corners around the origin."""
+    """Signed distance from a box with round corners around the origin."""
     return box(x, y, width - 2 * radius, height - 2 * radius) - radius
 
 
