@@ -93,21 +93,21 @@ def rim(line, radius):
 
 @hook.section
 def fields(THINGS, RIMS):
-    POINTS = max(len(points) for points in RIMS)
+    SOLIDS, BODIES, POINTS = len(THINGS), len(RIMS), max(map(len, RIMS))
     RIMS = np.float32([np.resize(points, (POINTS, 3)) for points in RIMS])
-    SOLIDS, BODIES = len(THINGS), len(RIMS)
     pose = ti.Vector.field(4, float, SOLIDS)  # center; cosine and sine of the angle
-    twist, ease = (ti.Vector.field(3, float, SOLIDS) for _ in range(2))  # of velocity
+    twist, ease = (ti.Vector.field(3, float, SOLIDS) for _ in range(2))  # 1 / mass
     rough = ti.Vector.field(2, float, SOLIDS)  # part of speed after a bounce; friction
     rims = ti.Vector.field(3, float, (BODIES, POINTS))
     touching = ti.Vector.field(3, float, POINTS)  # normal and distance of a solid
-    spot, hit = (ti.Vector.field(4, float, (BODIES, SOLIDS, 2)) for _ in range(2))
+    spot = ti.Vector.field(4, float, (BODIES, SOLIDS, 2))  # of a contact; normal
+    hit = ti.Vector.field(4, float, (BODIES, SOLIDS, 2))  # on; speed after; impulses
     return RIMS, SOLIDS, BODIES, pose, twist, ease, rough, rims, touching, spot, hit
 
 
 @ti.func
 def lever(k, p, d):
-    """Part along d at p of the twist of solid k; what a force d there does to it."""
+    """What times the twist of solid k is its speed at p, times the length of d."""
     return vec3(d, cross(p - pose[k].xy, d))
 
 
@@ -145,7 +145,7 @@ def find_contacts(k, o):
 
 @ti.func
 def impulse(k, o, p, d, goal, before, low, high):
-    """Impulse along d at p, in all and within bounds, that gives k and o a speed."""
+    """Total impulse along d at p, within bounds, that parts k from o at a speed."""
     a, b = lever(k, p, d), lever(o, p, d)
     lack = goal - a.dot(twist[k]) + b.dot(twist[o])
     after = clamp(before + lack / (a.dot(ease[k] * a) + b.dot(ease[o] * b)), low, high)
