@@ -159,10 +159,12 @@ def fastest_explained(scene: Scene) -> float:
 
     What falls gains sqrt(2 g h) at most; what is pushed or sprayed adds the speed of
     that; elastic energy comes from those. The half is for jets between bodies that
-    meet, where matter is thrown ahead of what hits it.
+    meet, where matter is thrown ahead of what hits it. Liquids that fill a corner make
+    thin jets of up to 2.6 times the causes at 128 cells, whatever the time step.
     """
     fall = math.sqrt(2.0 * math.hypot(*scene.environment.gravity))
-    return 1.5 * (fall + sum(map(speed_of, scene.objects)))
+    most = 3.0 if "liquid" in scene.materials else 1.5
+    return most * (fall + sum(map(speed_of, scene.objects)))
 
 
 def _travel(states: States, start: int, stop: int) -> float:

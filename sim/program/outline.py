@@ -273,7 +273,7 @@ def place(
 
 @ti.func
 def stencil(p):
-    """First of the 3 x 3 nodes around p, offset from it [cells], and weights."""
+    """First of 3 x 3 nodes around p, offset from it [cells], weights."""
     base = int(p * GRID - 0.5)
     f = p * GRID - base
     return base, f, [0.5 * (1.5 - f) ** 2, 0.75 - (f - 1.0) ** 2, 0.5 * (f - 0.5) ** 2]
@@ -284,7 +284,7 @@ def substep(step: int, now: ARRAY):
     """Advance by DT."""
     hook.tick(step, now)
     hook.clear()
-    # Particles to grid: momentum with the impulse of stress, mass
+    # Particles to grid: momentum with impulse of stress, mass
     ti.loop_config(serialize=SERIAL)
     for p in range(N):
         hook.unborn(p, step)
@@ -294,7 +294,7 @@ def substep(step: int, now: ARRAY):
             mv = mass[p] * v[p] + A @ (vec2(i, j) - f)
             hook.share(i, j, p, base, w, mv)
         hook.scatter(p, base, w)
-    # Grid: momentum to velocity, with gravity and contact
+    # Grid: momentum to velocity, gravity, contact
     ti.loop_config(serialize=SERIAL)
     for i, j in ti.ndrange(GRID, GRID):
         m = grid[i, j].z
@@ -307,7 +307,7 @@ def substep(step: int, now: ARRAY):
             hook.enter(i, j, u, m)
             grid[i, j] = Node(0.0)
     hook.bodies()
-    # Grid to particles: velocity, place, strain, Kirchhoff stress
+    # Grid to particles: velocity, place, strain, stress
     ti.loop_config(serialize=SERIAL)
     for p in range(N):
         hook.unborn_yet(p, step)
@@ -344,7 +344,7 @@ def draw(image: ARRAY, step: int):
 
 
 def frames():
-    """Yield frames, uint8 RGB (PIXELS, PIXELS, 3), once."""
+    """Yield frames, uint8 RGB (PIXELS, PIXELS, 3)."""
     hook.start()
     for n in range(FRAMES):
         image = hook.backdrop()

@@ -1,8 +1,9 @@
 """Run one program and send its frames through a pipe: the other half of `run`.
 
-Called as `child.py PROGRAM PIPE MAX_FRAMES MEMORY STATES`. It imports nothing of the
-package, so that a program runs as it would on its own. If STATES is 1, the time between
-frames goes before the first, and the state of the program before each.
+Called as `child.py PROGRAM COMPILER PIPE MAX_FRAMES MEMORY STATES`. It imports nothing
+of the package, so that a program runs as it would on its own. COMPILER is the module
+that it gets as `taichi`. If STATES is 1, the time between frames goes before the first,
+and the state of the program before each.
 
 The state is what these names at the top of a program hold, all but the first optional:
 `DT`, `SUBSTEPS` (time step [s], steps of a frame); the Taichi fields `x`, `v` (places
@@ -12,6 +13,7 @@ of solids; velocity, spin).
 """
 
 import ctypes
+import importlib
 import importlib.util
 import json
 import os
@@ -61,6 +63,7 @@ def main(
     memory: int,
     states: bool,
     read: Reader | None = None,
+    compiler: str = "taichi",
 ) -> None:
     """Run the program at `path` and report how it ended.
 
@@ -71,6 +74,7 @@ def main(
     status, message = "ok", ""
     try:
         _parse(path)
+        _stand_in_for_taichi(compiler)
         program = _load(path)
         if read:
             program.draw = _leave_black  # type: ignore[attr-defined]
@@ -113,6 +117,16 @@ def _parse(path: str) -> None:
         raise BadText(f"line {error.lineno}: {error.msg}") from None
     except ValueError as error:  # bytes that are no text, or a NUL
         raise BadText(str(error)) from None
+
+
+def _stand_in_for_taichi(compiler: str) -> None:
+    """Let a program that imports Taichi get another module, and all that is in it."""
+    if compiler == "taichi":
+        return
+    importlib.import_module(compiler)
+    for name, module in list(sys.modules.items()):
+        if name == compiler or name.startswith(f"{compiler}."):
+            sys.modules["taichi" + name.removeprefix(compiler)] = module
 
 
 def _load(path: str) -> ModuleType:
@@ -225,5 +239,6 @@ def _write(pipe: int, data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    numbers = [int(number) for number in sys.argv[2:]]
-    main(sys.argv[1], numbers[0], numbers[1], numbers[2], bool(numbers[3]))
+    program, compiler = sys.argv[1:3]
+    pipe, max_frames, memory, states = (int(number) for number in sys.argv[3:])
+    main(program, pipe, max_frames, memory, bool(states), compiler=compiler)

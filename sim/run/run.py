@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from mpmworlds.files.scratch import Scratch
 from mpmworlds.sim.run.child import HEADER, REPORT, STATE, TIME
+from mpmworlds.sim.run.compilers import module_of
 from mpmworlds.sim.run.track import Recording, Track
 
 Status = Literal[
@@ -86,6 +87,7 @@ def run(
     memory: int = MEMORY,
     *,
     states: bool = False,
+    compiler: str = "taichi",
 ) -> Outcome:
     """Run a program and collect its frames.
 
@@ -102,20 +104,29 @@ def run(
     states : bool
         Read the state of matter and solids at every frame, too; the frames are the
         same. It takes a few names at the top of the program, see `sim.run.child`.
+    compiler : str
+        What the program gets as `taichi`, see `sim.run.compilers`.
 
     Returns
     -------
     Outcome
         Never raises for anything that the program does.
+
+    Raises
+    ------
+    ValueError, RuntimeError
+        If there is no such compiler, or it is not installed.
     """
-    start = time.monotonic()
+    start, module = time.monotonic(), module_of(compiler)
     with Scratch() as scratch:
         path = scratch.path / "program.py"
         path.write_text(program_text, "utf-8", "surrogatepass")
         log = scratch.path / "log"
         received = Received()
         limits = [max_frames or 0, memory, int(states)]
-        status, message = _supervise(path, log, received, limits, start + timeout)
+        status, message = _supervise(
+            path, module, log, received, limits, start + timeout
+        )
         if status in ("crash", "exception", "import_error", "out_of_memory"):
             printed = log.read_text("utf-8", "replace")[-TAIL:].strip()
             message = f"{message}\n{printed}".strip()
@@ -138,7 +149,12 @@ class Received:
 
 
 def _supervise(
-    path: Path, log: Path, received: Received, limits: list[int], deadline: float
+    path: Path,
+    module: str,
+    log: Path,
+    received: Received,
+    limits: list[int],
+    deadline: float,
 ) -> tuple[Status, str]:
     """Start the program, gather frames until it ends, and say how it ended."""
     read_end, write_end = os.pipe()
@@ -147,7 +163,7 @@ def _supervise(
         log.open("wb") as output,
     ):
         process = subprocess.Popen(
-            [sys.executable, "-I", "-X", "faulthandler", str(child), str(path)]
+            [sys.executable, "-I", "-X", "faulthandler", str(child), str(path), module]
             + [str(number) for number in (write_end, *limits)],
             stdin=subprocess.DEVNULL,
             stdout=output,
@@ -175,9 +191,11 @@ def environment(home: Path) -> dict[str, str]:
     """What a program sees: no user settings, one thread, no call home."""
     kept = {name: os.environ[name] for name in ("PATH", "LANG") if name in os.environ}
     threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-    quiet = {"TI_SKIP_VERSION_CHECK": "ON", "TI_LOG_LEVEL": "error"}
-    quiet |= {"TI_ARCH": "arm64" if platform.machine() in ARM else "x64"}
-    quiet |= {"TI_OFFLINE_CACHE": "0", "TI_CPU_MAX_NUM_THREADS": "1"}
+    quiet = {"SKIP_VERSION_CHECK": "ON", "LOG_LEVEL": "error"}
+    quiet |= {"ARCH": "arm64" if platform.machine() in ARM else "x64"}
+    quiet |= {"OFFLINE_CACHE": "0", "CPU_MAX_NUM_THREADS": "1"}
+    prefixes = "TI", "QD"  # Taichi and Taichi Forge, Quadrants
+    quiet = {f"{prefix}_{name}": quiet[name] for prefix in prefixes for name in quiet}
     return kept | threads | quiet | {"HOME": str(home), "TMPDIR": str(home)}
 
 

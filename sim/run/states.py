@@ -214,7 +214,7 @@ def save_states(path: Path, states: States | Track, dtype: Dtype = "float32") ->
     """
     if dtype not in get_args(Dtype):
         raise ValueError(f"dtype = {dtype!r}, must be one of {get_args(Dtype)}")
-    arrays: dict[str, Any] = {f.name: getattr(states, f.name) for f in fields(States)}
+    arrays: dict[str, Any] = {f.name: getattr(states, f.name) for f in fields(states)}
     with np.errstate(over="ignore"):  # what is too fast for half precision is infinite
         for name in ("positions", "velocities"):
             arrays[name] = arrays[name].astype(dtype)

@@ -22,7 +22,7 @@ from mpmworlds.sim.run.states import States
 from mpmworlds.sim.run.track import Track
 from mpmworlds.sim.run.warm import WarmStart
 from mpmworlds.sim.scene.scene import Scene
-from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data
+from tests.sim.scenes import BODY, FAN, JET, LIQUID, OBSTACLE, SAND, scene_data
 
 PASSES = Findings(
     "ok", matter=LEAST_MATTER, lost=0, travel=0.02, later=0.004, speed=1.0, depth=1.0
@@ -202,10 +202,18 @@ def test_speed_is_a_part_of_what_all_causes_of_motion_explain():
     assert found(states_of(still(), v)).speed == pytest.approx(1.0, rel=1e-3)
 
 
+def test_liquids_that_fill_corners_explain_twice_the_speed():
+    wet, dry = (
+        fastest_explained(Scene.from_data(scene_data(BODY | {"physics_properties": m})))
+        for m in (LIQUID, SAND)
+    )
+    assert wet == 2.0 * dry
+
+
 def test_what_is_driven_or_sprayed_explains_more_speed():
     still_, driven = (
         fastest_explained(Scene.from_data(scene_data(BODY, *things)))
-        for things in ((OBSTACLE,), (OBSTACLE, FAN, JET))
+        for things in ((OBSTACLE,), (OBSTACLE, FAN, JET | {"physics_properties": SAND}))
     )
     assert driven - still_ == pytest.approx(1.5 * (1.5 + 4.0 * 0.15), rel=0.1)
 

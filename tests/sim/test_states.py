@@ -253,6 +253,15 @@ def test_single_precision_survives_its_file_exactly(mixed, tmp_path):
         np.testing.assert_array_equal(getattr(loaded, name), values, strict=True)
 
 
+def test_track_of_a_program_without_a_scene_has_a_file_too(data, tmp_path):
+    path, track = tmp_path / "states.npz", outcome_of(data).states
+    save_states(path, track)
+    with np.load(path) as file:
+        assert set(file) == set(vars(track))
+        for name, values in vars(track).items():
+            np.testing.assert_array_equal(file[name], values, strict=True)
+
+
 def test_half_precision_file_is_within_half_precision_and_small(mixed, tmp_path):
     path, states = tmp_path / "states.npz", mixed.states
     save_states(path, states, "float16")

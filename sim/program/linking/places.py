@@ -27,7 +27,7 @@ def places_of(cast: Cast) -> dict[str, Lines]:
         "launch": launch(cast),
         "paint": paint(cast),
         "throw": pasted("elastic_fem", "throw") if cast.is_moving else [],
-        "share": pasted("outline", "share_area" if has_area(cast) else "share"),
+        "share": share(cast),
         "fullness": pasted("outline", "fullness") if has_area(cast) else [],
         "enter": pasted(
             "outline", f"enter_{'fullness' if has_area(cast) else 'velocity'}"
@@ -232,6 +232,12 @@ def has_mesh(cast: Cast) -> bool:
 def several(cast: Cast) -> bool:
     """Whether particles must know which object they belong to."""
     return len(cast.matter) > 1
+
+
+def share(cast: Cast) -> Lines:
+    """What a particle gives to a node around it."""
+    lines = pasted("outline", "share_area" if has_area(cast) else "share")
+    return lines + (pasted("sand", "note") if matter_at(cast, "keep") else [])
 
 
 def keep(cast: Cast) -> Lines:

@@ -45,8 +45,6 @@ MATH = [
     "vec3",
     "vec4",
 ]
-KINDS = {"float": "ti.field(float, {})", "vec2": "ti.Vector.field(2, float, {})"}
-KINDS["mat2"] = "ti.Matrix.field(2, 2, float, {})"
 
 
 def header(cast: Cast, body: str) -> str:
@@ -81,7 +79,7 @@ def set_up(cast: Cast, writer: Writer) -> None:
         f"SUBSTEPS, DT = {steps}, {dt}  # of a frame; time step [s]",
         f"GRID, WALL = {cells}  # in cells",
         f"DX, SPACING = 1 / GRID, 1 / GRID / {per_side}  # of cells, of particles [m]",
-        "AREA = SPACING**2  # of a particle at rest [m^2]",
+        "AREA = SPACING**2  # of a particle [m^2]",
         f"GRAVITY = vec2{literal(cast.scene.environment.gravity)}",
     ]
     writer.add(lines)
@@ -145,14 +143,15 @@ def nozzles(cast: Cast) -> Lines:
 def node_fields(cast: Cast) -> Lines:
     """Declarations of the fields of nodes."""
     kind = "vec4" if has_area(cast) else "vec3"
-    area, full = (", area", ", part filled") if has_area(cast) else ("", "")
-    of = f"momentum, mass{area}; of flow: velocity, mass{full}"
-    lines = [f"Node = {kind}  # {of}"]
+    area = ", area" if has_area(cast) else ""
+    lines = [f"Node = {kind}  # momentum, mass{area}"]
     lines += ["grid, flow = (Node.field(shape=(GRID, GRID)) for _ in range(2))"]
-    for name in fields_of(cast, "node"):
-        field = library().fields[name]
-        kind = KINDS[field.kind].format("(GRID, GRID)")
-        lines += [f"{name} = {kind}  # {field.text}"]
+    own = {name: library().fields[name] for name in fields_of(cast, "node")}
+    vectors = [name for name, field in own.items() if field.kind == "vec2"]
+    lines += declared(vectors, "ti.Vector.field(2, float, (GRID, GRID))")
+    for name, field in own.items():
+        if field.kind == "float":
+            lines += [f"{name} = ti.field(float, (GRID, GRID))  # {field.text}"]
     return lines
 
 

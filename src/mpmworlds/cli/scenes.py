@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, new_verb, read_text, say
+from mpmworlds.sim.run.compilers import MODULES
 
 
 def add_schema(verbs: Any) -> None:
@@ -82,6 +83,13 @@ def add_run(verbs: Any) -> None:
         help="of positions and velocities in --states: exact, or half the size and "
         "positions within 0.25 mm (default float32)",
     )
+    parser.add_argument(
+        "--compiler",
+        choices=MODULES,
+        default="taichi",
+        help="what runs the program: taichi, or a fork of it that is installed "
+        "(default taichi)",
+    )
     parser.add_argument("--frames", type=int, help="stop after so many frames")
     parser.add_argument(
         "--framerate", type=int, default=30, help="of a program's video (default 30)"
@@ -118,7 +126,11 @@ def run(options: argparse.Namespace) -> int:
         scene = Scene.from_yaml(read_text(options.source), str(options.source))
         program, framerate = link_scene(scene), scene.output.framerate
     outcome = run_program(
-        program, options.frames, options.timeout, states=options.states is not None
+        program,
+        options.frames,
+        options.timeout,
+        states=options.states is not None,
+        compiler=options.compiler,
     )
     result: dict[str, Any] = {
         "status": outcome.status,

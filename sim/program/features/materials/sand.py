@@ -17,17 +17,19 @@ from mpmworlds.sim.program.words import (
     DT,
     DX,
     C,
-    grid,
     hook,
+    mass,
     mat2,
     stress,
     ti,
     v,
+    vec2,
 )
 from mpmworlds.sim.scene.fields import about
 
 loose = particle("float", "1.0", "volume that matter gained by parting, a ratio")
-old = node("vec2", "", "velocity before the step [m/s]")
+before = node("vec2", "", "momentum but for stress [kg m/s]")
+old = node("vec2", "", "velocity that it makes [m/s]")
 KEEPS: dict[str, Numbers] = {"sand.remember": {}, "sand.keep": {}}
 
 
@@ -55,8 +57,7 @@ class Sand(Grains):
 def sand(F, loose, E, nu, sin, bond):
     """Mohr-Coulomb [Klar et al. 2016]: F, volume gained by parting, Kirchhoff stress.
 
-    Shear is at most bond - t sin(phi) at the mean stress t; at the tip of that cone
-    grains part, and gain what they lose before they touch again [Tampubolon 2017].
+    Shear is at most bond - t sin(phi) at mean stress t; grains part at the tip.
     """
     mu, lam = 0.5 * E / (1.0 + nu), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     J, r, R, D = parts(F)
@@ -69,14 +70,20 @@ def sand(F, loose, E, nu, sin, bond):
     return ti.sqrt(J / (1.0 - r * r)) * (R + r * D), new_loose, tau
 
 
+@hook.share
+def note(i, j, p, base, w, f):
+    mv = mass[p] * (v[p] + DX * C[p] @ (vec2(i, j) - f))
+    before[base.x + i, base.y + j] += w[i].x * w[j].y * mv
+
+
 @hook.remember
 def remember(i, j, m):
-    old[i, j] = grid[i, j].xy / m
+    old[i, j], before[i, j] = before[i, j] / m, vec2(0.0)
 
 
 @hook.keep
 def keep(p, base, w):
-    fine = v[p]  # less what the grid holds of it; fades within 1 ms
+    fine = v[p]  # less what the grid holds of it; fades within 2 ms
     for i, j in ti.static(ti.ndrange(3, 3)):
         fine -= w[i].x * w[j].y * old[base.x + i, base.y + j]
     return fine
@@ -84,7 +91,7 @@ def keep(p, base, w):
 
 @hook.gather
 def gather_and_keep(p, fine, g, G):
-    v[p], C[p] = g.xy + fine / (1.0 + DT / 0.001), 4.0 / DX * G
+    v[p], C[p] = g.xy + fine / (1.0 + DT / 0.002), 4.0 / DX * G
 
 
 @hook.stress

@@ -58,6 +58,5 @@ def sd_box(p, width, height):
     n = ti.select(q.x > q.y, vec2(side.x, 0.0), vec2(0.0, side.y))
     out = ti.max(q, 0.0)
     far = out.norm()
-    if far > 0.0:
-        n = side * out / far
+    n = ti.select(far > 0.0, side * out / ti.max(far, 1e-9), n)
     return vec3(n, far + ti.min(q.max(), 0.0))

@@ -50,7 +50,6 @@ def capsule_line(length, radius):
 def sd_capsule(p, length, radius):
     """Outward normal and signed distance [m] of a bar with round ends along x."""
     q = vec2(p.x - clamp(p.x, -0.5 * length, 0.5 * length), p.y)
-    r, n = q.norm(), vec2(0.0, 1.0)
-    if r > 0.0:
-        n = q / r
+    r = q.norm()
+    n = ti.select(r > 0.0, q / ti.max(r, 1e-9), vec2(0.0, 1.0))
     return vec3(n, r - radius)
