@@ -148,17 +148,9 @@ def energy_near_hencky(F):
     return 0.5 * (MU + LAM) * (J + 1 / J - 2) + 4 * MU * np.log(np.cosh(e))
 
 
-def energy_neo_hookean(F):
-    """mu (|F|^2 - 2 - 2 log J) / 2 + lam (J^2 - 1 - 2 log J) / 4."""
-    J = np.linalg.svd(F, compute_uv=False).prod(-1)
-    shear = (F**2).sum((-1, -2)) - 2 - 2 * np.log(J)
-    return 0.5 * MU * shear + 0.25 * LAM * (J**2 - 1 - 2 * np.log(J))
-
-
 ENERGIES = dict.fromkeys(YIELDING, energy_near_hencky) | {
     "elastic": energy_corotated,
     "elastic_fem": energy_corotated,
-    "neo_hookean": energy_neo_hookean,
 }
 HARDENED = {"snow"}  # moduli depend on another state; see test_physics
 

@@ -10,7 +10,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-NEW = {"shapes": "crescent.py", "motions": "pendulum.py"}
+NEW = {
+    "materials": "neo_hookean.py",
+    "motions": "pendulum.py",
+    "shapes": "crescent.py",
+}
 SCENE = """\
 schema: mpmworlds-scene/1
 simulation: {grid_resolution: 32, time_step_dt: 4.0e-4, substeps_per_frame: 25,
@@ -41,7 +45,7 @@ output: {resolution: 64, framerate: 30}
 
 @pytest.fixture(scope="module")
 def extended(tmp_path_factory):
-    """A copy of the package with two more files."""
+    """A copy of the package with three more files."""
     folder = tmp_path_factory.mktemp("extended")
     ignored = shutil.ignore_patterns("recorded", "__pycache__")
     shutil.copytree(
@@ -66,7 +70,7 @@ def python(folder, code, *arguments):
     return found.stdout
 
 
-def test_the_package_as_it_is_knows_neither():
+def test_the_package_as_it_is_knows_none():
     from mpmworlds.sim.scene.scene import Scene, SceneError
 
     with pytest.raises(SceneError, match="crescent"):
@@ -99,3 +103,24 @@ def test_a_scene_of_new_features_is_read_linked_and_run(extended, tmp_path):
     for part in ("def crescent(x, y, radius, offset)", "neo_hookean(F[p], 1e5, 0.3)"):
         assert part in text
     subprocess.run(["ruff", "format", "--check", str(program)], check=True)
+
+
+def test_a_new_law_is_tested_by_all_that_laws_are_tested_by(extended):
+    laws = "tests/sim/test_laws.py"
+    tests = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", laws, "-k"]
+    environment = os.environ | {"PYTHONPATH": str(extended)}
+
+    def told(which):
+        return subprocess.run(
+            [*tests, which],
+            cwd=ROOT,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    assert told("neo_hookean").returncode == 0
+    unknown = told("energy_of_every_law")
+    assert unknown.returncode == 1
+    assert "'neo_hookean'" in unknown.stdout

@@ -1,5 +1,8 @@
 """Sand: Hencky strain, Mohr-Coulomb cone in 2D [Klar et al. 2016].
 
+At the tip of the cone grains part, and gain a volume that they lose before they touch
+again [Tampubolon et al. 2017].
+
 Each transfer from particles to the grid and back filters velocities, so that shorter
 steps would brake grains more: a column of sand would reach 4 % less far with half the
 step. What the grid cannot hold of a velocity therefore stays with the particle, as in
@@ -28,7 +31,7 @@ from mpmworlds.sim.program.words import (
 from mpmworlds.sim.scene.fields import about
 
 loose = particle("float", "1.0", "volume that matter gained by parting, a ratio")
-before = node("vec2", "", "momentum but for stress [kg m/s]")
+carried = node("vec2", "", "momentum but for stress [kg m/s]")
 old = node("vec2", "", "velocity that it makes [m/s]")
 KEEPS: dict[str, Numbers] = {"sand.remember": {}, "sand.keep": {}}
 
@@ -73,12 +76,12 @@ def sand(F, loose, E, nu, sin, bond):
 @hook.share
 def note(i, j, p, base, w, f):
     mv = mass[p] * (v[p] + DX * C[p] @ (vec2(i, j) - f))
-    before[base.x + i, base.y + j] += w[i].x * w[j].y * mv
+    carried[base.x + i, base.y + j] += w[i].x * w[j].y * mv
 
 
 @hook.remember
 def remember(i, j, m):
-    old[i, j], before[i, j] = before[i, j] / m, vec2(0.0)
+    old[i, j], carried[i, j] = carried[i, j] / m, vec2(0.0)
 
 
 @hook.keep
