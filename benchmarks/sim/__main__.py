@@ -1,6 +1,6 @@
 """Measure the simulator and print its tables as Markdown.
 
-    python -m benchmarks.sim speed     ratios to a plain program, material by material
+    python -m benchmarks.sim speed     beside a plain program and the bare transfers
     python -m benchmarks.sim start     CPU seconds until the second frame, cold, warm
     python -m benchmarks.sim seeds     seconds of each seed with rendering and encoding
     python -m benchmarks.sim scaling   two processes against one
@@ -82,22 +82,27 @@ class Rival:
 
 def speed(materials: Sequence[str]) -> None:
     """Print speeds and ratios for blocks of each material."""
-    print("| material | ours [M/s] | plain, 1 thread | 2 threads | ratio to 1 thread |")
-    print("|---|---|---|---|---|")
+    names = "material", "ours [M/s]", "plain, 1 thread", "2 threads", "bare transfers"
+    print(f"| {' | '.join(names)} | ours / plain | ours / bare |")
+    print("|---|---|---|---|---|---|---|")
     for material in materials:
         with tempfile.TemporaryDirectory() as folder:
             program = Path(folder, "program.py")
             program.write_text(link(block(material)), "ascii")
             rivals = [Rival(str(HERE / "ours.py"), str(program))]
             rivals += [Rival(str(HERE / "plain.py"), material, n) for n in ("1", "2")]
-        rates: list[list[float]] = [[], [], []]
+            rivals += [Rival(str(HERE / "bare.py"))]
+        rates: list[list[float]] = [[], [], [], []]
         for _ in range(ROUNDS):
             for k, rival in enumerate(rivals):
                 rival.ask(100)
                 rates[k].append(1e4 * 100 / rival.answer() / 1e6)
-        ratio = statistics.median(a / b for a, b in zip(*rates[:2], strict=True))
-        ours, one, two = map(statistics.median, rates)
-        print(f"| {material} | {ours:.1f} | {one:.2f} | {two:.2f} | {ratio:.1f} |")
+        to_plain, to_bare = (
+            statistics.median(a / b for a, b in zip(rates[0], rates[k], strict=True))
+            for k in (1, 3)
+        )
+        speeds = " | ".join(f"{statistics.median(rate):.1f}" for rate in rates)
+        print(f"| {material} | {speeds} | {to_plain:.1f} | {to_bare:.2f} |", flush=True)
         for rival in rivals:
             rival.close()
 

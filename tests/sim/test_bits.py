@@ -16,7 +16,7 @@ from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.run.run import run
 from tests.sim.bits import VARIED, bits_of, small_program
 
-FRAMES = 30
+FRAMES = 24
 LEVELS = {  # of the instructions that NumPy chooses by the CPU: which it then lacks
     "AVX2": [name for name in __cpu_dispatch__ if "512" in name or "V4" in name],
     "SSE": __cpu_dispatch__,
