@@ -102,7 +102,9 @@ def test_a_scene_of_new_features_is_read_linked_and_run(extended, tmp_path):
     text = program.read_text("utf-8")
     for part in ("def crescent(x, y, radius, offset)", "neo_hookean(F[p], 1e5, 0.3)"):
         assert part in text
-    subprocess.run(["ruff", "format", "--check", str(program)], check=True)
+    subprocess.run(
+        [sys.executable, "-m", "ruff", "format", "--check", str(program)], check=True
+    )
 
 
 def test_a_new_law_is_tested_by_all_that_laws_are_tested_by(extended):
