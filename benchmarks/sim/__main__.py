@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import IO
 
 from benchmarks.physics.world import body, box, matter, world
+from benchmarks.sim.clock import children
 
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
@@ -91,7 +92,7 @@ def speed(materials: Sequence[str]) -> None:
             program.write_text(link(block(material)), "ascii")
             rivals = [Rival(str(HERE / "ours.py"), str(program))]
             rivals += [Rival(str(HERE / "plain.py"), material, n) for n in ("1", "2")]
-            rivals += [Rival(str(HERE / "bare.py"))]
+            rivals += [Rival(str(HERE / "ours.py"), str(HERE / "bare.py"))]
         rates: list[list[float]] = [[], [], [], []]
         for _ in range(ROUNDS):
             for k, rival in enumerate(rivals):
@@ -132,17 +133,14 @@ def start(names: Sequence[str]) -> None:
 
 def _seconds(code: str, environment: dict[str, str]) -> float:
     """CPU seconds of a Python process."""
-    before = os.times()
+    before = children()
     subprocess.run(
         [sys.executable, "-c", code],
         env=os.environ | {"TI_SKIP_VERSION_CHECK": "ON"} | environment,
         capture_output=True,
         check=True,
     )
-    after = os.times()
-    return (after.children_user + after.children_system) - (
-        before.children_user + before.children_system
-    )
+    return children() - before
 
 
 def seeds(names: Sequence[str]) -> None:

@@ -9,7 +9,6 @@ version before proved a video by decoding it to RGB and comparing all of it.
 """
 
 import argparse
-import resource
 import statistics
 import time
 from collections.abc import Callable
@@ -17,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from benchmarks.sim.clock import children
 
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
@@ -41,20 +41,15 @@ def seconds(
     """CPU seconds of a program up to its second frame, and of a whole sample."""
 
     def spent(count: int) -> tuple[float, Frames]:
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        before = children()
         pictures = run(program, count, timeout=3600.0).expect()
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        user, system = (getattr(after, k) - getattr(before, k) for k in KINDS)
-        return user + system, pictures
+        return children() - before, pictures
 
     start, _ = spent(2)
     whole, pictures = spent(frames)
     begin = time.process_time()
     prove(pictures, 30)
     return start, whole + time.process_time() - begin
-
-
-KINDS = ("ru_utime", "ru_stime")
 
 
 def main() -> None:

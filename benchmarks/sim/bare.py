@@ -1,10 +1,7 @@
-"""The transfers of a program alone: `bare.py`, under the protocol of `plain.py`.
+"""The transfers of a program alone, which `ours.py` runs like a whole one.
 
 No law, no contact, no wall: the ceiling for programs that move particles this way.
 """
-
-import sys
-import time
 
 import numpy as np
 import taichi as ti
@@ -61,19 +58,8 @@ def substep():  # noqa: ANN201
         x[p] += DT * g.xy
 
 
-def main() -> None:
-    """Answer each number of substeps with the seconds they take."""
+def frames():  # noqa: ANN201
+    """Yield once, when the particles of a block are in place."""
     lattice = (np.mgrid[:100, :100].reshape(2, N).T + 0.5) * 0.5 * DX
     x.from_numpy((lattice + (0.3, 0.55)).astype(np.float32))
-    substep()
-    print("ready", flush=True)
-    for line in sys.stdin:
-        start = time.perf_counter()
-        for _ in range(int(line)):
-            substep()
-        ti.sync()
-        print(time.perf_counter() - start, flush=True)
-
-
-if __name__ == "__main__":
-    main()
+    yield

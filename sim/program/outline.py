@@ -293,6 +293,7 @@ def substep(step: int, now: ARRAY):
         for i, j in ti.static(ti.ndrange(3, 3)):
             mv = mass[p] * v[p] + A @ (vec2(i, j) - f)
             hook.share(i, j, p, base, w, mv)
+            hook.note(i, j, p, base, w, f)
         hook.scatter(p, base, w)
     # Grid: momentum to velocity, gravity, contact
     ti.loop_config(serialize=SERIAL)

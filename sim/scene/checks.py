@@ -118,18 +118,16 @@ def _check_speeds(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
 
 def _check_tearing(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     """Fast blades tear particles of a body further apart than the grid can see."""
-    for pair in _pairs(scene, numbers):
-        for i, j in (pair, pair[::-1]):
-            mover: Any = scene.objects[i]
-            matter: Any = scene.objects[j]
-            if len(_poses(mover)) == 1 or matter.object_type in COLLIDERS:
-                continue
-            speed, most = speed_of(mover), matter.physics_properties.TEARS_AT
-            if speed > most:
-                yield (
-                    f"{_label(scene, i)}: moves at up to {speed:g} m/s, must be <= "
-                    f"{most:g}, or it tears {_label(scene, j)}; slow it down"
-                )
+    for i, j in _movers_beside(scene, numbers):
+        matter: Any = scene.objects[j]
+        if matter.object_type in COLLIDERS:
+            continue
+        speed, most = speed_of(scene.objects[i]), matter.physics_properties.TEARS_AT
+        if speed > most:
+            yield (
+                f"{_label(scene, i)}: moves at up to {speed:g} m/s, must be <= "
+                f"{most:g}, or it tears {_label(scene, j)}; slow it down"
+            )
 
 
 def _check_output(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
@@ -180,6 +178,21 @@ def _poses(thing: Any) -> list[Pose]:
     return poses
 
 
+def _moves(thing: Any) -> bool:
+    """Whether an object is a collider that changes its place."""
+    return len(_poses(thing)) > 1
+
+
+def _movers_beside(
+    scene: Sections, numbers: Sequence[int]
+) -> Iterator[tuple[int, int]]:
+    """Pairs of which one is looked at: a collider that moves, and another object."""
+    for i, j in _pairs(scene, numbers):
+        for one, other in ((i, j), (j, i)):
+            if _moves(scene.objects[one]):
+                yield one, other
+
+
 def _extent(thing: Any) -> tuple[float, float]:
     """Least and largest coordinate [m] of an object on its way, and of its births."""
     corners = np.concatenate(thing.shape.local_outline()) @ [1, 1j]
@@ -212,7 +225,7 @@ def _check_domain(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
         if low < edge - 1e-9 or high > 1.0 - edge + 1e-9:
             yield (
                 f"{_label(scene, i)}: shape reaches from {low:.3f} to {high:.3f} m"
-                f"{' on its way' if len(_poses(thing)) > 1 else ''}, must stay within "
+                f"{' on its way' if _moves(thing) else ''}, must stay within "
                 f"[{edge:.3f}, {1.0 - edge:.3f}] m; move or shrink it"
             )
 
@@ -234,22 +247,16 @@ def _check_sweeps(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
 
     A blade that passes a body pinched against it drags that body through the other.
     """
-    for pair in _pairs(scene, numbers):
-        for i, j in (pair, pair[::-1]):
-            mover, still = scene.objects[i], scene.objects[j]
-            poses = _poses(mover)
-            if (
-                len(poses) == 1
-                or still.object_type not in COLLIDERS
-                or len(_poses(still)) > 1
-            ):
-                continue
-            way = (mover.shape.outline(shift, turn) for shift, turn in poses)
-            if any(overlap(outline, _outline(still.shape)) for outline in way):
-                yield (
-                    f"{_label(scene, i)}: passes through {_label(scene, j)}; "
-                    "move one of them, or change kinematics"
-                )
+    for i, j in _movers_beside(scene, numbers):
+        mover, still = scene.objects[i], scene.objects[j]
+        if still.object_type not in COLLIDERS or _moves(still):
+            continue
+        way = (mover.shape.outline(shift, turn) for shift, turn in _poses(mover))
+        if any(overlap(outline, _outline(still.shape)) for outline in way):
+            yield (
+                f"{_label(scene, i)}: passes through {_label(scene, j)}; "
+                "move one of them, or change kinematics"
+            )
 
 
 @lru_cache(64)

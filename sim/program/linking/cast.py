@@ -35,7 +35,7 @@ def is_mesh(thing: Any) -> bool:
     return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cast:
     """A scene and the roles of its objects.
 

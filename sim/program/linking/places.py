@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 from mpmworlds.sim.program.features.material import Numbers
@@ -27,7 +28,8 @@ def places_of(cast: Cast) -> dict[str, Lines]:
         "launch": launch(cast),
         "paint": paint(cast),
         "throw": pasted("elastic_fem", "throw") if cast.is_moving else [],
-        "share": share(cast),
+        "share": pasted("outline", "share_area" if has_area(cast) else "share"),
+        "note": of_all(cast, "note"),
         "fullness": pasted("outline", "fullness") if has_area(cast) else [],
         "enter": pasted(
             "outline", f"enter_{'fullness' if has_area(cast) else 'velocity'}"
@@ -36,12 +38,13 @@ def places_of(cast: Cast) -> dict[str, Lines]:
         "unborn_yet": unborn_yet(cast) if cast.nozzles else [],
         "stress": by_owner(grouped(cast, "stress")),
         "scatter": matter_at(cast, "scatter"),
-        "remember": next((code for _, code in grouped(cast, "remember") if code), []),
+        "remember": of_all(cast, "remember"),
         "keep": keep(cast),
         "spread": spread(cast),
-        "gather": gather(cast),
+        "gather": of_all(cast, "gather") or pasted("outline", "gather"),
         "solids": solids(cast) if cast.matter else [],
         "walls": walls(cast),
+        "inwards": pasted("contact", "inwards"),
         "settle": matter_at(cast, "settle"),
         "advance": advance(cast),
         "push_out": push_out(cast) if cast.matter else [],
@@ -234,10 +237,9 @@ def several(cast: Cast) -> bool:
     return len(cast.matter) > 1
 
 
-def share(cast: Cast) -> Lines:
-    """What a particle gives to a node around it."""
-    lines = pasted("outline", "share_area" if has_area(cast) else "share")
-    return lines + (pasted("sand", "note") if matter_at(cast, "keep") else [])
+def of_all(cast: Cast, at: str) -> Lines:
+    """What all particles or nodes do at a place if one material needs it."""
+    return next((code for _, code in grouped(cast, at) if code), [])
 
 
 def keep(cast: Cast) -> Lines:
@@ -250,13 +252,6 @@ def keep(cast: Cast) -> Lines:
 def spread(cast: Cast) -> Lines:
     """How thin matter is spread, for drawing."""
     return pasted("outline", f"spread_by_{'area' if has_area(cast) else 'mass'}")
-
-
-def gather(cast: Cast) -> Lines:
-    """Velocities of particles, and their gradients."""
-    if matter_at(cast, "keep"):
-        return pasted("sand", "gather_and_keep")
-    return pasted("outline", "gather")
 
 
 def by_owner(groups: list[Group]) -> Lines:
@@ -280,8 +275,12 @@ def matter_at(cast: Cast, at: str) -> Lines:
     return lines
 
 
+@lru_cache(64)
 def grouped(cast: Cast, at: str) -> list[Group]:
-    """Numbers of the objects of matter that do the same at a place, and what."""
+    """Numbers of the objects of matter that do the same at a place, and what.
+
+    It is asked for about fifty times a program, so it is kept; not to be changed.
+    """
     groups: dict[tuple[str, ...], list[int]] = {}
     for k in range(len(cast.matter)):
         code = [
@@ -299,9 +298,9 @@ def texts_of(numbers: Numbers) -> dict[str, str]:
     return {name: number(value) for name, value in numbers.items()}
 
 
-def is_one_of(numbers: Sequence[int]) -> str:
-    """Text of the test that a particle belongs to one of some objects."""
-    return " or ".join(f"owner[p] == {k}" for k in numbers)
+def is_one_of(numbers: Sequence[int], name: str = "owner[p]") -> str:
+    """Text of the test that a name, by default a particle's owner, is a number."""
+    return " or ".join(f"{name} == {k}" for k in numbers)
 
 
 def solids(cast: Cast) -> Lines:
@@ -330,7 +329,7 @@ def solids(cast: Cast) -> Lines:
 
 def with_number(test: str, name: str, numbers: list[int]) -> str:
     """An `if` that also asks whether a name is one of some numbers."""
-    which = " or ".join(f"{name} == {k}" for k in numbers)
+    which = is_one_of(numbers, name)
     which = f"({which})" if len(numbers) > 1 else which
     return test.replace("if ", f"if {which} and ")
 

@@ -15,6 +15,7 @@ from mpmworlds.sim.program.linking.places import (
     pasted,
     several,
     still_groups,
+    with_number,
 )
 from mpmworlds.sim.program.linking.source import (
     Lines,
@@ -305,9 +306,8 @@ def surface(cast: Cast) -> Lines:
         alike.setdefault(key, []).append(k)
     chain: Lines = []
     for (far, distance), numbers in alike.items():
-        which = " or ".join(f"k == {k}" for k in numbers)
-        which = f"({which})" if len(numbers) > 1 else which
-        chain += [f"{'elif' if chain else 'if'} {which} and q.norm() < {far}:"]
+        test = with_number(f"if q.norm() < {far}:", "k", numbers)
+        chain.append(f"{'el' if chain else ''}{test}")
         chain += [f"    s = {distance}"]
     if cast.rigid:
         wall = "vec3(1.0, 0.0, q.x + 0.5 - WALL * DX)"

@@ -1,8 +1,6 @@
 """Separating contact: no motion inwards, Coulomb friction."""
 
 from mpmworlds.sim.program.words import (
-    GRID,
-    WALL,
     hook,
     ti,
     vec2,
@@ -25,7 +23,7 @@ def touch(u, n, friction):
 
 @hook.touch
 def bound(i, j, u, friction):
-    n = 1.0 * (vec2(i, j) <= WALL) - 1.0 * (vec2(i, j) >= GRID - WALL)
+    n = hook.inwards(i, j)
     u = slide(slide(u, vec2(n.x, 0.0), friction), vec2(0.0, n.y), friction)
     return u
 

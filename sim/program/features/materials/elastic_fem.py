@@ -54,7 +54,7 @@ class ElasticFem(Solid):
 
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:
         """Moduli of triangles; of particles, damping alone."""
-        damped = {"damp": {"eta": self.damping}} if self.damping else {}
+        damped = {"elastic.damp": {"eta": self.damping}} if self.damping else {}
         crowded = {"resist": {"K": 2.0 * self.youngs_modulus}}
         return {"tighten": self.moduli()} | crowded | damped
 
@@ -160,8 +160,3 @@ def weave(triangles):
 def resist(p, K):
     J[p] = clamp(J[p] * (1.0 + DT * C[p].trace()), 0.1, 1.1)  # against tangles
     stress[p] = K * ti.min(J[p] - 0.7, 0.0) * mat2(1.0, 0.0, 0.0, 1.0)
-
-
-@hook.stress
-def damp(p, eta):
-    stress[p] += eta * (C[p] + C[p].transpose())

@@ -33,7 +33,9 @@ from mpmworlds.sim.scene.fields import about
 loose = particle("float", "1.0", "volume that matter gained by parting, a ratio")
 carried = node("vec2", "", "momentum but for stress [kg m/s]")
 old = node("vec2", "", "velocity that it makes [m/s]")
-KEEPS: dict[str, Numbers] = {"sand.remember": {}, "sand.keep": {}}
+KEEPS: dict[str, Numbers] = {
+    f"sand.{name}": {} for name in ("note", "remember", "keep", "gather_and_keep")
+}
 
 
 class Grains(Solid):
@@ -73,7 +75,7 @@ def sand(F, loose, E, nu, sin, bond):
     return ti.sqrt(J / (1.0 - r * r)) * (R + r * D), new_loose, tau
 
 
-@hook.share
+@hook.note
 def note(i, j, p, base, w, f):
     mv = mass[p] * (v[p] + DX * C[p] @ (vec2(i, j) - f))
     carried[base.x + i, base.y + j] += w[i].x * w[j].y * mv
