@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO
 
 from benchmarks.physics.world import body, box, matter, world
-from benchmarks.sim.clock import children
+from benchmarks.sim.rivals import children, plain
 
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
@@ -88,10 +88,11 @@ def speed(materials: Sequence[str]) -> None:
     print("|---|---|---|---|---|---|---|")
     for material in materials:
         with tempfile.TemporaryDirectory() as folder:
-            program = Path(folder, "program.py")
+            program, rival = Path(folder, "program.py"), Path(folder, "plain.py")
             program.write_text(link(block(material)), "ascii")
+            rival.write_text(plain(material), "utf-8")
             rivals = [Rival(str(HERE / "ours.py"), str(program))]
-            rivals += [Rival(str(HERE / "plain.py"), material, n) for n in ("1", "2")]
+            rivals += [Rival(str(rival), threads) for threads in ("1", "2")]
             rivals += [Rival(str(HERE / "ours.py"), str(HERE / "bare.py"))]
         rates: list[list[float]] = [[], [], [], []]
         for _ in range(ROUNDS):

@@ -1,11 +1,13 @@
 """Hold programs against those of an earlier version, sample by sample.
 
     python -m benchmarks.sim.against [FOLDER] [--frames N] [s00 s07 ...]
+    python -m benchmarks.sim.against plain
 
 FOLDER holds programs named by their seeds, such as `s02.py`; five of the version before
-are in `benchmarks/sim/before`. For each the rivals take turns: CPU seconds from the
-start to the second frame, and of a whole sample, from the start to the proved MP4. The
-version before proved a video by decoding it to RGB and comparing all of it.
+are in `benchmarks/sim/before`. `plain` stands for five seeds as a plain program writes
+them (`plain.py`). For each the rivals take turns: CPU seconds from the start to the
+second frame, and of a whole sample, from the start to the proved MP4. The version
+before proved a video by decoding it to RGB and comparing all of it; so do plain ones.
 """
 
 import argparse
@@ -16,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from benchmarks.sim.clock import children
+from benchmarks.sim.rivals import PLAIN_SEEDS, children, plain
 
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
@@ -59,15 +61,19 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="beginnings of names of seeds")
     parser.add_argument("--frames", type=int, default=300)
     options = parser.parse_args()
+    rivals = {
+        path.stem: path.read_text("utf-8") for path in options.folder.glob("*.py")
+    }
+    if options.folder == Path("plain"):
+        rivals = {name: plain(name) for name in PLAIN_SEEDS}
     print("| seed | start before, now [s] | sample before, now [s] | ratios |")
     print("|---|---|---|---|", flush=True)
     starts, samples = [], []
     for name, scene in load_seeds().items():
-        path = options.folder / f"{name[:3]}.py"
-        wanted = not options.names or name.startswith(tuple(options.names))
-        if not (wanted and path.exists()):
+        text = rivals.get(name[:3])
+        if text is None or not name.startswith(tuple(options.names) or ""):
             continue
-        old = seconds(path.read_text("utf-8"), options.frames, proved_before)
+        old = seconds(text, options.frames, proved_before)
         new = seconds(link(scene), options.frames, encode_mp4)
         starts.append(new[0] / old[0])
         samples.append(new[1] / old[1])
