@@ -21,15 +21,15 @@ from pathlib import Path
 
 import yaml
 
-from mpmworlds.builder.executors import open_executor
-from mpmworlds.builder.manifest import read_manifest
-from mpmworlds.builder.materialise import materialise
-from mpmworlds.builder.plan import write_plan
-from mpmworlds.builder.profile import Batch, Count, Profile
-from mpmworlds.builder.render import render_row
-from mpmworlds.builder.screen import try_out
+from mpmworlds.builder.plan.manifest import read_manifest
+from mpmworlds.builder.plan.plan import write_plan
+from mpmworlds.builder.plan.profile import Batch, Count, Profile
+from mpmworlds.builder.plan.screen import try_out
+from mpmworlds.builder.render.executors import open_executor
+from mpmworlds.builder.render.materialise import materialise
+from mpmworlds.builder.render.render import render_row
+from mpmworlds.builder.render.store import Store
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.builder.store import Store
 from mpmworlds.sim.run.warm import WarmStart
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.draw import draw

@@ -45,7 +45,7 @@ class Examples(Sequence[Example]):
     Parameters
     ----------
     table
-        Rows of a release with the columns of ``mpmworlds.builder.features``.
+        Rows of a release with the columns of ``mpmworlds.builder.release.features``.
     """
 
     def __init__(self, table: datasets.Dataset) -> None:

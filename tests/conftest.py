@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import settings
 
-from mpmworlds.builder.manifest import ManifestRow, write_manifest
-from mpmworlds.builder.release import build_release
-from mpmworlds.builder.store import Store
+from mpmworlds.builder.plan.manifest import ManifestRow, write_manifest
+from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.render.store import Store
 from mpmworlds.cli import main
 from mpmworlds.sim.scene.palette import PALETTE, rgb
 from tests.small import build_small

@@ -5,8 +5,9 @@ from functools import cache
 
 import numpy as np
 
-from mpmworlds.builder.manifest import ManifestRow, text_sha256
-from mpmworlds.builder.perturb import perturb
+from mpmworlds.builder.plan.manifest import ManifestRow, text_sha256
+from mpmworlds.builder.recipes.perturb import perturb
+from mpmworlds.builder.recipes.tables import first_tables
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits import SampleId, SplitParams, split_of
@@ -63,7 +64,7 @@ def rows():
                 data["environment"]["gravity"] = [2.0 + 2.0 * child, -7.0]
             template = str(SampleId(root, child))
             made.append(row_of(template, _text(data), (name,)))
-            perturb(np.random.default_rng(number), data)
+            perturb(np.random.default_rng(number), first_tables(), data)
             made.append(row_of(f"{template}-n00", _text(data), (name,)))
     return tuple(sorted(made, key=lambda row: row.id))
 

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from mpmworlds.builder.manifest import read_manifest
+from mpmworlds.builder.plan.manifest import read_manifest
 from mpmworlds.files.checksums import files_below
 from mpmworlds.splits.manifest import read_lists
 from tests.small import PARAMS

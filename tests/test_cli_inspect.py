@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from mpmworlds.builder.manifest import SCHEMA, text_sha256, write_manifest
+from mpmworlds.builder.plan.manifest import SCHEMA, text_sha256, write_manifest
 from mpmworlds.cli import main
 from mpmworlds.splits.near import NEAR
 from tests.made_up import SPLIT, rows

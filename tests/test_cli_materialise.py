@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from mpmworlds.builder import manifest, materialise
-from mpmworlds.builder.manifest import read_manifest, write_manifest
-from mpmworlds.builder.materialise import Failure, Materialised
+from mpmworlds.builder.plan import manifest
+from mpmworlds.builder.plan.manifest import read_manifest, write_manifest
+from mpmworlds.builder.render import materialise
+from mpmworlds.builder.render.materialise import Failure, Materialised
 from mpmworlds.files.checksums import files_below
 from mpmworlds.files.locks import hold
 from tests.small import IDS

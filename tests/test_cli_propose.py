@@ -9,10 +9,10 @@ import time
 
 import pytest
 
-from mpmworlds.builder.manifest import read_table, recorded_manifest
+from mpmworlds.builder.plan.manifest import read_table, recorded_manifest
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.scene import Scene
-from tests.builder.llm_server import (
+from tests.builder.llm.llm_server import (
     KEY,
     error,
     fails,

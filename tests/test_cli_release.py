@@ -5,9 +5,9 @@ import shutil
 
 import pytest
 
-from mpmworlds.builder.manifest import write_manifest
-from mpmworlds.builder.release import build_release
-from mpmworlds.builder.store import Store
+from mpmworlds.builder.plan.manifest import write_manifest
+from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import write_checksums
 
 

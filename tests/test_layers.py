@@ -23,7 +23,7 @@ ALLOWED = {
     "loaders": {"files", "sim", "splits", "metrics", "loaders"},
     "baselines": set(FOLDERS),
 }
-EXCEPTIONS = {("loaders", "mpmworlds.builder.features")}
+EXCEPTIONS = {("loaders", "mpmworlds.builder.release.features")}
 OPTIONAL = {"torch", "transformers", "diffusers", "ray", "matplotlib", "openai"}
 
 
@@ -196,7 +196,10 @@ def test_every_folder_is_read():
         ("direction_errors", {"mpmworlds.sim.a": "from mpmworlds import metrics"}),
         ("direction_errors", {"mpmworlds.files.a": "import mpmworlds.sim.b"}),
         ("direction_errors", {"mpmworlds.splits": "from mpmworlds.metrics import x"}),
-        ("direction_errors", {"mpmworlds.loaders.a": "import mpmworlds.builder.card"}),
+        (
+            "direction_errors",
+            {"mpmworlds.loaders.a": "import mpmworlds.builder.release.card"},
+        ),
         (
             "direction_errors",
             {"mpmworlds.loaders.a": "from mpmworlds.builder import b"},
@@ -244,7 +247,7 @@ def test_offending_module_is_found(check, sources):
         ("direction_errors", {"mpmworlds.sim.a": "from mpmworlds import __version__"}),
         (
             "direction_errors",
-            {"mpmworlds.loaders.a": "from mpmworlds.builder.features import x"},
+            {"mpmworlds.loaders.a": "from mpmworlds.builder.release.features import x"},
         ),
         ("direction_errors", {"mpmworlds.cli": "import mpmworlds.baselines.evaluate"}),
         ("taichi_errors", {"mpmworlds.sim.run.readout": "import taichi as ti"}),

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from mpmworlds.builder.manifest import text_sha256
-from mpmworlds.builder.plan import write_plan
-from mpmworlds.builder.profile import Profile
-from mpmworlds.builder.store import Store
-from mpmworlds.builder.trials import RECORDED
+from mpmworlds.builder.plan.manifest import text_sha256
+from mpmworlds.builder.plan.plan import write_plan
+from mpmworlds.builder.plan.profile import Profile
+from mpmworlds.builder.plan.trials import RECORDED
+from mpmworlds.builder.render.store import Store
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4
 from mpmworlds.sim.run.run import run

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from mpmworlds.builder.manifest import read_manifest
-from mpmworlds.builder.profile import NOT_PLANNED
+from mpmworlds.builder.plan.manifest import read_manifest
+from mpmworlds.builder.plan.profile import NOT_PLANNED
 from mpmworlds.cli import main
 from tests.small import PARAMS
 

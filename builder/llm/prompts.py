@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, Final
 
-from mpmworlds.builder.modify import EDITS
+from mpmworlds.builder.recipes.modify import EDITS
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.scene.checks import HUE_STEP, MATERIAL_WORDS
 from mpmworlds.sim.scene.objects import MATERIALS

@@ -8,8 +8,8 @@ from itertools import count
 from typing import Any, Literal
 
 from mpmworlds.builder.llm.prompts import child_messages, parent_messages
-from mpmworlds.builder.modify import EDITS
-from mpmworlds.builder.streams import stream
+from mpmworlds.builder.recipes.modify import EDITS
+from mpmworlds.builder.recipes.streams import stream
 from mpmworlds.sim.scene.scene import Scene
 
 Kind = Literal["parents", "children"]

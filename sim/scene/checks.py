@@ -33,14 +33,18 @@ MATERIAL_WORDS = (
 )
 
 
-def check_scene(scene: Sections, only: int | None = None) -> list[str]:
-    """Every fault of a scene whose fields are valid one by one.
+def check_scene(scene: Sections, only: int | None = None) -> list[tuple[str, str]]:
+    """Every fault of a scene whose fields are valid one by one, after its rule's name.
 
     If only one object differs from a scene without faults, its number is enough to find
     those of the new scene.
     """
     numbers = range(len(scene.objects)) if only is None else (only,)
-    return [fault for check in CHECKS for fault in check(scene, numbers)]
+    return [
+        (rule, fault)
+        for rule, check in CHECKS.items()
+        for fault in check(scene, numbers)
+    ]
 
 
 def jet_width(emitter: Emitter) -> float:
@@ -314,18 +318,18 @@ def _check_belts(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
             )
 
 
-CHECKS: tuple[Callable[[Sections, Sequence[int]], Iterator[str]], ...] = (
-    _check_names,
-    _check_particles,
-    _check_jets,
-    _check_output,
-    _check_speeds,
-    _check_tearing,
-    _check_stability,
-    _check_colors,
-    _check_domain,
-    _check_overlap,
-    _check_sweeps,
-    _check_balance,
-    _check_belts,
-)
+CHECKS: dict[str, Callable[[Sections, Sequence[int]], Iterator[str]]] = {
+    "names": _check_names,
+    "particles": _check_particles,
+    "jets": _check_jets,
+    "output": _check_output,
+    "speeds": _check_speeds,
+    "tearing": _check_tearing,
+    "stability": _check_stability,
+    "colors": _check_colors,
+    "domain": _check_domain,
+    "overlap": _check_overlap,
+    "sweeps": _check_sweeps,
+    "balance": _check_balance,
+    "belts": _check_belts,
+}

@@ -29,19 +29,35 @@ MOST_SHOWN = 20  # faults that an error shows
 
 
 class SceneError(ValueError):
-    """A scene that is not valid; `faults` holds one line for each thing wrong."""
+    """A scene that is not valid.
 
-    def __init__(self, source: str, faults: list[str]) -> None:
-        self.source = source
-        self.faults = faults
+    Attributes
+    ----------
+    source
+        What the scene was read from.
+    faults
+        One line for each thing wrong.
+    rule
+        Name of the first rule of `checks.CHECKS` that is broken; "form" if it is no
+        rule of those, but a field or the text.
+    """
+
+    def __init__(self, source: str, faults: list[str], rule: str = "form") -> None:
+        self.source, self.faults, self.rule = source, faults, rule
         lines = [f"{source}: {_cut(fault)}" for fault in faults[:MOST_SHOWN]]
         if len(faults) > MOST_SHOWN:
             lines.append(f"{source}: and {len(faults) - MOST_SHOWN} more")
         super().__init__("\n".join(lines))
 
-    def __reduce__(self) -> tuple[type["SceneError"], tuple[str, list[str]]]:
+    def __reduce__(self) -> tuple[type["SceneError"], tuple[str, list[str], str]]:
         """What it is made of, so that it comes whole from another process."""
-        return SceneError, (self.source, self.faults)
+        return SceneError, (self.source, self.faults, self.rule)
+
+
+def raise_faults(source: str, faults: list[tuple[str, str]]) -> None:
+    """Raise `SceneError` if there are faults: names of rules, and what breaks them."""
+    if faults:
+        raise SceneError(source, [fault for _, fault in faults], faults[0][0])
 
 
 def _cut(fault: str) -> str:

@@ -1,10 +1,12 @@
-"""Field types of the scene schema: strict numbers with a unit and a tag.
+"""Field types of the scene schema: strict numbers with a unit, a tag and a kind.
 
 Every field is tagged with what it gives away: *material*, *position*, *appearance* or
 *neutral*. The side-information regimes of a benchmark redact by tag, never by name.
+Every number is of a kind, by which edits scale, mirror and jitter it, never by name.
 """
 
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +15,47 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from mpmworlds.sim.scene.palette import PALETTE, is_exact, nearest
 
 Tag = Literal["material", "position", "appearance", "neutral"]
+Mirror = Literal["same", "across", "negated", "turned", "x_negated"]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What edits do to a number of a kind.
+
+    Attributes
+    ----------
+    mirror
+        What it is when left and right are exchanged: the same, on the other side of
+        the domain, with another sign (a vector: of its x component), or turned to the
+        other side (an angle from the x axis).
+    grows
+        Whether it grows in proportion with its object.
+    """
+
+    mirror: Mirror = "same"
+    grows: bool = False
+
+
+KINDS: Final[dict[str, Kind]] = {
+    "position": Kind("across"),  # in the domain
+    "offset": Kind("x_negated", grows=True),  # from the center of an object
+    "length": Kind(grows=True),
+    "thickness": Kind(),  # of walls and blades
+    "angle": Kind("negated"),  # of a thing that stands upright without it
+    "heading": Kind("turned"),  # of a thing that points along x without it
+    "span": Kind(),  # from one side to the other
+    "swing": Kind("negated"),  # of a turn to and fro
+    "displacement": Kind("x_negated"),
+    "velocity": Kind("x_negated"),
+    "acceleration": Kind("x_negated"),
+    "spin": Kind("negated"),
+    "speed": Kind("negated"),  # along a surface
+    "rate": Kind(grows=True),  # of what leaves an object through its width
+    **dict.fromkeys(("time", "frequency", "phase", "density", "stiffness"), Kind()),
+    **dict.fromkeys(("strength", "viscosity", "friction", "strain"), Kind()),
+    **dict.fromkeys(("fraction", "ratio", "exponent", "count"), Kind()),
+    "setting": Kind(),  # of the solver
+}
 
 
 class Part(BaseModel):
@@ -23,18 +66,45 @@ class Part(BaseModel):
     )
 
 
-def about(tag: Tag, text: str, unit: str = "", **rule: Any) -> Any:
-    """Metadata of a field: its tag, meaning, unit, and the rule its value obeys."""
+def about(
+    tag: Tag, text: str, unit: str = "", *, kind: str | None = None, **rule: Any
+) -> Any:
+    """Metadata of a field: its tag, meaning, unit, kind, and the rule it obeys.
+
+    Parameters
+    ----------
+    tag
+        What it gives away.
+    text, unit
+        What it is, for people.
+    kind
+        Name of its kind in `KINDS`; every number has one, and nothing else.
+    rule
+        Limits and default, as `pydantic.Field` takes them.
+    """
+    extra: dict[str, Any] = {"tag": tag} | ({"kind": kind} if kind else {})
+    if kind is not None and kind not in KINDS:
+        raise TypeError(f"kind = {kind!r}, must be one of {', '.join(KINDS)}")
     described = f"{text} [{unit}]" if unit else text
-    return Field(description=described, json_schema_extra={"tag": tag}, **rule)
+    return Field(description=described, json_schema_extra=extra, **rule)
 
 
 def tag_of(model: type[BaseModel], name: str) -> Tag:
     """Tag of a field of a schema model."""
-    extra = model.model_fields[name].json_schema_extra
-    if not isinstance(extra, dict) or "tag" not in extra:
+    tag = _extra(model, name).get("tag")
+    if tag is None:
         raise TypeError(f"{model.__name__}.{name} carries no tag")
-    return extra["tag"]  # type: ignore[return-value]
+    return tag  # type: ignore[no-any-return]
+
+
+def kind_of(model: type[BaseModel], name: str) -> str | None:
+    """Kind of a field of a schema model; None if it is no number."""
+    return _extra(model, name).get("kind")
+
+
+def _extra(model: type[BaseModel], name: str) -> dict[str, Any]:
+    extra = model.model_fields[name].json_schema_extra
+    return extra if isinstance(extra, dict) else {}
 
 
 def _pair(value: Any) -> Any:

@@ -54,18 +54,34 @@ class Contact(Part):
     """What a surface does to the grid velocity next to it."""
 
     type: Law = about("neutral", "contact law", default="separate")
-    friction: float = about("neutral", "Coulomb coefficient", default=0.0, ge=0, le=10)
+    friction: float = about(
+        "neutral", "Coulomb coefficient", default=0.0, ge=0, le=10, kind="friction"
+    )
     skin_cells: float = about(
-        "neutral", "distance at which it acts", "cells", default=0.3, ge=0.0, le=1.0
+        "neutral",
+        "distance at which it acts",
+        "cells",
+        default=0.3,
+        ge=0.0,
+        le=1.0,
+        kind="setting",
     )
 
 
 class InitialState(Part):
     """Motion of a body when the scene starts."""
 
-    velocity: Vec2 = about("position", "velocity", "m/s", default=(0.0, 0.0))
+    velocity: Vec2 = about(
+        "position", "velocity", "m/s", default=(0.0, 0.0), kind="velocity"
+    )
     angular_velocity: float = about(
-        "position", "spin about the center", "rad/s", default=0.0, ge=-100, le=100
+        "position",
+        "spin about the center",
+        "rad/s",
+        default=0.0,
+        ge=-100,
+        le=100,
+        kind="spin",
     )
 
 

@@ -158,3 +158,9 @@ def hue_difference(one: str, other: str) -> float:
 def saturation(color: str) -> float:
     """Return the HSV saturation of a ``#RRGGBB`` colour, 0 (grey) to 1."""
     return rgb_to_hsv(*rgb(color))[1]
+
+
+def luma(color: str) -> float:
+    """Return the BT.601 luma of a ``#RRGGBB`` colour, 0 (black) to 255."""
+    red, green, blue = rgb(color)
+    return 0.299 * red + 0.587 * green + 0.114 * blue

@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from mpmworlds.sim.scene.checks import check_scene
 from mpmworlds.sim.scene.errors import SceneError as SceneError
-from mpmworlds.sim.scene.errors import describe
+from mpmworlds.sim.scene.errors import describe, raise_faults
 from mpmworlds.sim.scene.objects import AnyObject
 from mpmworlds.sim.scene.sections import SCHEMA as SCHEMA
 from mpmworlds.sim.scene.sections import Sections
@@ -43,9 +43,7 @@ class Scene(Sections):
             scene = cls.model_validate(data)
         except ValidationError as error:
             raise SceneError(source, describe(error, data)) from None
-        faults = check_scene(scene)
-        if faults:
-            raise SceneError(source, faults)
+        raise_faults(source, check_scene(scene))
         return scene
 
     @classmethod
@@ -78,9 +76,7 @@ class Scene(Sections):
             raise SceneError(source, describe(error, data)) from None
         before, after = self.objects[:number], self.objects[number + 1 :]
         scene = self.model_copy(update={"objects": (*before, thing, *after)})
-        faults = check_scene(scene, number)
-        if faults:
-            raise SceneError(source, faults)
+        raise_faults(source, check_scene(scene, number))
         return scene
 
     def to_data(self) -> dict[str, Any]:

@@ -8,9 +8,9 @@ import pytest
 
 from mpmworlds.baselines.evaluate import evaluate
 from mpmworlds.baselines.results import ResultsError, read_results
-from mpmworlds.builder.manifest import ManifestRow, text_sha256, write_manifest
-from mpmworlds.builder.release import build_release
-from mpmworlds.builder.store import Store
+from mpmworlds.builder.plan.manifest import ManifestRow, text_sha256, write_manifest
+from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import ChecksumError
 
 # A stand-in for a simulation: a square that moves right, 44 frames of 64 px at 15 / s.

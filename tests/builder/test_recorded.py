@@ -8,12 +8,11 @@ import pyarrow.compute as pc
 import pytest
 import yaml
 
-from mpmworlds.builder.families import plan_family
-from mpmworlds.builder.manifest import read_manifest, read_table
-from mpmworlds.builder.profile import Profile, sample_ids
-from mpmworlds.builder.screen import fault
-from mpmworlds.builder.templates import Screen, Templates
-from mpmworlds.builder.trials import RECORDED, read_recorded
+from mpmworlds.builder.plan.families import Screen, Templates, plan_family
+from mpmworlds.builder.plan.manifest import read_manifest, read_table
+from mpmworlds.builder.plan.profile import Profile, sample_ids
+from mpmworlds.builder.plan.screen import fault
+from mpmworlds.builder.plan.trials import RECORDED, read_recorded
 from mpmworlds.cli import main
 from mpmworlds.files.checksums import sha256_of_file
 from mpmworlds.splits.assign import split_of

@@ -5,13 +5,14 @@ from functools import cache
 
 from hypothesis import strategies as st
 
-from mpmworlds.builder.candidates import editable
-from mpmworlds.builder.compose import compose, draw_counts
-from mpmworlds.builder.modify import modify
-from mpmworlds.builder.parts import NoRoomError
-from mpmworlds.builder.perturb import perturb
+from mpmworlds.builder.plan.candidates import editable
+from mpmworlds.builder.recipes.compose import compose, draw_counts
+from mpmworlds.builder.recipes.modify import modify
+from mpmworlds.builder.recipes.objects import NoRoomError
+from mpmworlds.builder.recipes.perturb import perturb
+from mpmworlds.builder.recipes.streams import stream
+from mpmworlds.builder.recipes.tables import first_tables
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.builder.streams import stream
 from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.sim.scene.steps import with_fewest_steps
 
@@ -238,18 +239,19 @@ def seeds_data():
 def random_scene(number):
     """A scene made of seeds by edits drawn from the stream of a number."""
     rng, seeds = stream(0, "test scene", str(number)), seeds_data()
+    tables = first_tables()
 
     def composed():
-        return compose(rng, seeds, *draw_counts(rng))[0]
+        return compose(rng, tables, seeds, *draw_counts(rng, tables))[0]
 
     def edited():
         first, second = rng.permutation(sorted(seeds))[:2].tolist()
         data = copy.deepcopy(seeds[first])
-        modify(rng, data, [*seeds[first]["objects"], *seeds[second]["objects"]])
+        modify(rng, tables, data, [*seeds[first]["objects"], *seeds[second]["objects"]])
         return data
 
     data = first_valid(edited if number % 4 else composed, number).to_data()
-    perturb(rng, data)
+    perturb(rng, tables, data)
     return with_fewest_steps(Scene.from_data(data, str(number)))
 
 

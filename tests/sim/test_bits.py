@@ -11,7 +11,7 @@ from functools import cache
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__
 
-from mpmworlds.builder.executors import carry_out_all, open_executor
+from mpmworlds.builder.render.executors import carry_out_all, open_executor
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.run.run import run
 from tests.sim.bits import VARIED, bits_of, small_program

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.physics.contact import signed_depth
 
-from mpmworlds.builder.screen import fastest_explained
+from mpmworlds.builder.plan.screen import fastest_explained
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run

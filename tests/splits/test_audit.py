@@ -5,8 +5,9 @@ import copy
 import numpy as np
 import pytest
 
-from mpmworlds.builder.manifest import text_sha256
-from mpmworlds.builder.perturb import perturb
+from mpmworlds.builder.plan.manifest import text_sha256
+from mpmworlds.builder.recipes.perturb import perturb
+from mpmworlds.builder.recipes.tables import first_tables
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.audit import audit
 from mpmworlds.splits.duplicates import rough_text
@@ -165,7 +166,7 @@ def test_distance_is_what_is_too_near():
 def test_perturbed_copy_of_a_template_is_found(origin, stream):
     """The least that anyone would do to hide one: the corpus' own jitter, disguised."""
     data = copy.deepcopy(Scene.from_yaml(disguised(origin)).to_data())
-    perturb(np.random.default_rng(stream), data)
+    perturb(np.random.default_rng(stream), first_tables(), data)
     found = problems(with_scene(TEST, text_of(data)))
     near = [set(problem.ids) for problem in found if problem.rule == "near"]
     assert {origin, TEST} in near

@@ -27,8 +27,10 @@ class Emission(Timed):
 
     DENSE: ClassVar[str] = "the jet is denser than its material"
 
-    rate: float = about("neutral", "particles per time", "1/s", gt=0.0, le=1e6)
-    velocity: Vec2 = about("position", "velocity at birth", "m/s")
+    rate: float = about(
+        "neutral", "particles per time", "1/s", gt=0.0, le=1e6, kind="rate"
+    )
+    velocity: Vec2 = about("position", "velocity at birth", "m/s", kind="velocity")
 
     @field_validator("velocity")
     @classmethod

@@ -20,7 +20,9 @@ class Material(Part):
     if TYPE_CHECKING:
         constitutive_model: str
 
-    density: float = about("material", "mass per area at rest", "kg/m^2", **DENSITY)
+    density: float = about(
+        "material", "mass per area at rest", "kg/m^2", **DENSITY, kind="density"
+    )
 
     def wave_speed(self) -> float:
         """Speed of the fastest elastic wave [m/s]; it bounds the time step."""
@@ -46,8 +48,12 @@ class Material(Part):
 class Solid(Material):
     """A material with Young's modulus and Poisson's ratio."""
 
-    youngs_modulus: float = about("material", "stiffness", "Pa", ge=1e2, le=1e9)
-    poissons_ratio: float = about("material", "lateral contraction", ge=0.0, le=0.45)
+    youngs_modulus: float = about(
+        "material", "stiffness", "Pa", ge=1e2, le=1e9, kind="stiffness"
+    )
+    poissons_ratio: float = about(
+        "material", "lateral contraction", ge=0.0, le=0.45, kind="fraction"
+    )
 
     def wave_speed(self) -> float:
         """Pressure waves: sqrt((lam + 2 mu) / rho)."""

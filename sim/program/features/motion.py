@@ -22,9 +22,11 @@ class Timed(Part):
     """What lasts from one time to another."""
 
     start: float = about(
-        "neutral", "when it starts", "s", default=0.0, ge=0, le=FOREVER
+        "neutral", "when it starts", "s", default=0.0, ge=0, le=FOREVER, kind="time"
     )
-    stop: float = about("neutral", "when it stops", "s", gt=0.0, le=FOREVER)
+    stop: float = about(
+        "neutral", "when it stops", "s", gt=0.0, le=FOREVER, kind="time"
+    )
 
     @field_validator("stop")
     @classmethod
@@ -42,7 +44,13 @@ class Motion(Timed):
         type: str
 
     stop: float = about(
-        "neutral", "when it stops", "s", default=FOREVER, gt=0.0, le=FOREVER
+        "neutral",
+        "when it stops",
+        "s",
+        default=FOREVER,
+        gt=0.0,
+        le=FOREVER,
+        kind="time",
     )
 
     def row(self) -> tuple[str, Numbers]:

@@ -24,7 +24,7 @@ RASTER = 400  # points across a shape, where its moments are summed
 class Shape(Part):
     """What every shape has: where it is."""
 
-    center: Vec2 = about("position", "center of the shape", "m")
+    center: Vec2 = about("position", "center of the shape", "m", kind="position")
 
     def angle(self) -> float:
         """Turn of the shape from its own frame [rad]."""
@@ -84,5 +84,11 @@ class Turned(Shape):
     """A shape that has an orientation."""
 
     angle_deg: float = about(
-        "position", "counter-clockwise turn", "deg", default=0.0, ge=-360.0, le=360.0
+        "position",
+        "counter-clockwise turn",
+        "deg",
+        default=0.0,
+        ge=-360.0,
+        le=360.0,
+        kind="angle",
     )

@@ -143,11 +143,16 @@ def _is_number(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and isinstance(node.value, int | float)
 
 
+@lru_cache(1)
+def _table(text: str) -> symtable.SymbolTable:
+    return symtable.symtable(text, "text", "exec")
+
+
 @lru_cache(4096)
 def names_read(text: str) -> frozenset[str]:
     """Global names that a text reads, in whichever scope."""
     used: set[str] = set()
-    scopes = [symtable.symtable(text, "text", "exec")]
+    scopes = [_table(text)]
     while scopes:
         scope = scopes.pop()
         scopes += scope.get_children()
@@ -160,7 +165,7 @@ def names_read(text: str) -> frozenset[str]:
 
 def names_bound(text: str) -> frozenset[str]:
     """Names that a text assigns, defines or imports at its top."""
-    symbols = symtable.symtable(text, "text", "exec").get_symbols()
+    symbols = _table(text).get_symbols()
     return frozenset(
         s.get_name() for s in symbols if s.is_assigned() or s.is_imported()
     )
@@ -187,8 +192,7 @@ def body_of(piece: Piece, numbers: Mapping[str, str]) -> Lines:
         statements = statements[:-1]
     if not statements:
         return []
-    lines = list(piece.lines)
-    _substitute(lines, statements, numbers)
+    lines = _substituted(piece, numbers)
     indent = statements[0].col_offset
     end = statements[-1].end_lineno
     return [line[indent:] for line in lines[statements[0].lineno - 1 : end]]
@@ -198,22 +202,27 @@ def result_of(piece: Piece, numbers: Mapping[str, str]) -> str:
     """What a hook returns, with texts in place of parameters."""
     last = parsed(piece).body[-1]
     assert isinstance(last, ast.Return)
-    lines = list(piece.lines)
-    _substitute(lines, [last], numbers)
+    lines = _substituted(piece, numbers)
     return lines[last.lineno - 1].strip().removeprefix("return ")
 
 
-def _substitute(
-    lines: Lines, statements: list[ast.stmt], numbers: Mapping[str, str]
-) -> None:
-    """Replace names by texts, in place."""
+def _substituted(piece: Piece, numbers: Mapping[str, str]) -> Lines:
+    """Lines of a hook with texts in place of the names that `numbers` has."""
+    lines = list(piece.lines)
+    for number, start, stop, name in _names(piece):
+        if name in numbers:
+            line = lines[number]
+            lines[number] = line[:start] + numbers[name] + line[stop:]
+    return lines
+
+
+@cache
+def _names(piece: Piece) -> list[tuple[int, int, int, str]]:
+    """Lines and columns of all names in the body of a hook, the last first."""
     found = [
-        node
-        for statement in statements
+        (node.lineno - 1, node.col_offset, node.end_col_offset or 0, node.id)
+        for statement in parsed(piece).body
         for node in ast.walk(statement)
-        if isinstance(node, ast.Name) and node.id in numbers
+        if isinstance(node, ast.Name)
     ]
-    for node in sorted(found, key=lambda n: (n.lineno, n.col_offset), reverse=True):
-        line = lines[node.lineno - 1]
-        start, stop = node.col_offset, node.end_col_offset
-        lines[node.lineno - 1] = line[:start] + numbers[node.id] + line[stop:]
+    return sorted(found, reverse=True)

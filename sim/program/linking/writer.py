@@ -3,6 +3,8 @@
 import ast
 import re
 from collections.abc import Iterable
+from functools import lru_cache
+from typing import NamedTuple
 
 from mpmworlds.sim.program.linking.layout import folded, indented, rows, spaced
 from mpmworlds.sim.program.linking.source import Lines, library, names_read
@@ -103,24 +105,46 @@ class Writer:
         """A text whose calls pass what the functions of this scene take."""
         for name in sorted(names_read(text) & self._functions):
             self._function(name)
-        calls = [
-            node
-            for node in ast.walk(ast.parse(text))
-            if isinstance(node, ast.Call)
-            and isinstance(node.func, ast.Name)
-            and not all(self._kept.get(node.func.id, [True]))
-        ]
         lines = text.splitlines()
-        for node in sorted(calls, key=lambda n: (-n.lineno, -n.col_offset)):
-            assert isinstance(node.func, ast.Name)
-            line = lines[node.lineno - 1]
-            kept = zip(node.args, self._kept[node.func.id], strict=False)
-            passed = [ast.unparse(arg) for arg, read in kept if read]
-            head, tail = line[: node.col_offset], line[node.end_col_offset :]
-            lines[node.lineno - 1] = f"{head}{node.func.id}({', '.join(passed)}){tail}"
+        for call in _calls(text):
+            read = self._kept.get(call.name, [True])
+            if all(read):
+                continue
+            line, kept = lines[call.line], zip(call.arguments, read, strict=False)
+            passed = [argument for argument, is_read in kept if is_read]
+            head, tail = line[: call.start], line[call.stop :]
+            lines[call.line] = f"{head}{call.name}({', '.join(passed)}){tail}"
         return "\n".join(lines)
 
 
+class Call(NamedTuple):
+    """A call of a function by its name: its line, columns and arguments."""
+
+    line: int
+    start: int
+    stop: int
+    name: str
+    arguments: tuple[str, ...]
+
+
+@lru_cache(4096)
+def _calls(text: str) -> list[Call]:
+    """All calls in a text by name, the last first."""
+    found = [
+        Call(
+            node.lineno - 1,
+            node.col_offset,
+            node.end_col_offset or 0,
+            node.func.id,
+            tuple(map(ast.unparse, node.args)),
+        )
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    ]
+    return sorted(found, reverse=True)
+
+
+@lru_cache(4096)
 def _without_idle_parameters(text: str) -> tuple[str, list[bool]]:
     """A function without the parameters that it never reads, and which it keeps."""
     (function,) = ast.parse(text).body

@@ -101,7 +101,7 @@ def setting(data: dict[str, Any], name: str, kind: type, where: str = "") -> Any
 
 def named_profile(options: argparse.Namespace) -> Any:
     """The profile that --config names."""
-    from mpmworlds.builder.profile import Profile
+    from mpmworlds.builder.plan.profile import Profile
 
     params = read_params(options)
     refuse_subset(params, options.config)
@@ -119,7 +119,7 @@ def refuse_subset(params: dict[str, Any], config: str) -> None:
 
 def named_subset(options: argparse.Namespace) -> tuple[str, set[str] | None]:
     """Profile and ids of the subset that --config names, or the profile that it is."""
-    from mpmworlds.builder.profile import Profile, sample_ids
+    from mpmworlds.builder.plan.profile import Profile, sample_ids
     from mpmworlds.splits.assign import SPLITS
     from mpmworlds.splits.lists import ListParams, compute_lists
 

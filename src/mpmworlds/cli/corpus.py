@@ -46,8 +46,8 @@ def add_plan(verbs: Any) -> None:
 
 def plan(options: argparse.Namespace) -> int:
     """Write the manifest of a profile."""
-    from mpmworlds.builder.plan import write_plan
-    from mpmworlds.builder.trials import RECORDED, write_recorded
+    from mpmworlds.builder.plan.plan import write_plan
+    from mpmworlds.builder.plan.trials import RECORDED, write_recorded
 
     done = write_plan(
         named_profile(options),
@@ -87,8 +87,8 @@ def add_splits(verbs: Any) -> None:
 
 def splits(options: argparse.Namespace) -> int:
     """Record or check the lists of a corpus."""
-    from mpmworlds.builder.manifest import read_table
-    from mpmworlds.builder.profile import sample_ids
+    from mpmworlds.builder.plan.manifest import read_table
+    from mpmworlds.builder.plan.profile import sample_ids
     from mpmworlds.splits.lists import compute_lists
     from mpmworlds.splits.manifest import check, read_lists, write_lists
 
@@ -143,10 +143,10 @@ def add_build(verbs: Any) -> None:
 
 def build(options: argparse.Namespace) -> int:
     """Build a release folder."""
-    from mpmworlds.builder.manifest import read_manifest
-    from mpmworlds.builder.profile import Profile
-    from mpmworlds.builder.release import build_release
-    from mpmworlds.builder.store import Store
+    from mpmworlds.builder.plan.manifest import read_manifest
+    from mpmworlds.builder.plan.profile import Profile
+    from mpmworlds.builder.release.build import build_release
+    from mpmworlds.builder.render.store import Store
     from mpmworlds.splits.lists import ListParams, compute_lists
 
     params, store = read_params(options), Store(options.store)
@@ -183,10 +183,10 @@ def build(options: argparse.Namespace) -> int:
 
 def _manifest(options: argparse.Namespace, name: str) -> Path:
     """The recorded manifest of a profile, or one that is planned now."""
-    from mpmworlds.builder.manifest import recorded_manifest
-    from mpmworlds.builder.plan import write_plan
-    from mpmworlds.builder.profile import Profile
-    from mpmworlds.builder.trials import RECORDED
+    from mpmworlds.builder.plan.manifest import recorded_manifest
+    from mpmworlds.builder.plan.plan import write_plan
+    from mpmworlds.builder.plan.profile import Profile
+    from mpmworlds.builder.plan.trials import RECORDED
 
     if not options.params:  # else the recorded one is of other parameters
         with suppress(LookupError):

@@ -29,7 +29,7 @@ def _add_which(parser: Any) -> None:
 
 def _manifest(options: argparse.Namespace) -> Path:
     """The manifest that was asked for."""
-    from mpmworlds.builder.manifest import recorded_manifest
+    from mpmworlds.builder.plan.manifest import recorded_manifest
 
     if options.config:
         refuse_subset(read_params(options), options.config)
@@ -70,17 +70,17 @@ def add_stats(verbs: Any) -> None:
 
 def stats(options: argparse.Namespace) -> int:
     """Count a manifest and hold it to the targets."""
-    from mpmworlds.builder.manifest import read_table
-    from mpmworlds.builder.statistics import (
+    from mpmworlds.builder.plan.manifest import read_table
+    from mpmworlds.builder.statistics.counts import (
         COUNTED,
         STRUCTURED,
         count_by_split,
         count_structures,
         count_table,
     )
-    from mpmworlds.builder.statistics_figure import write_figure
-    from mpmworlds.builder.statistics_table import statistics_data, statistics_table
-    from mpmworlds.builder.targets import verdicts
+    from mpmworlds.builder.statistics.figure import write_figure
+    from mpmworlds.builder.statistics.table import statistics_data, statistics_table
+    from mpmworlds.builder.statistics.targets import verdicts
 
     manifest = _manifest(options)
     table = read_table(manifest, COUNTED)
@@ -119,7 +119,7 @@ def add_audit(verbs: Any) -> None:
 
 def audit(options: argparse.Namespace) -> int:
     """Look for leaks between the splits of a corpus."""
-    from mpmworlds.builder.manifest import read_table
+    from mpmworlds.builder.plan.manifest import read_table
     from mpmworlds.splits.audit import audit as run_audit
     from mpmworlds.splits.finding import Record
     from mpmworlds.splits.near import NEAR

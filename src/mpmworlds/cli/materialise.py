@@ -104,8 +104,8 @@ def _add_selection(group: Any) -> None:
 
 def materialise(options: argparse.Namespace) -> int:
     """Render what the store lacks."""
-    from mpmworlds.builder.materialise import write_record
-    from mpmworlds.builder.store import Store
+    from mpmworlds.builder.render.materialise import write_record
+    from mpmworlds.builder.render.store import Store
 
     rows, store = _read_rows(options), Store(options.store)
     chosen = _select(rows, options)
@@ -124,7 +124,7 @@ def materialise(options: argparse.Namespace) -> int:
 
 def _read_rows(options: argparse.Namespace) -> Any:
     """All rows of the manifest that is named, or recorded."""
-    from mpmworlds.builder.manifest import read_manifest, recorded_manifest
+    from mpmworlds.builder.plan.manifest import read_manifest, recorded_manifest
 
     names = ("config", "manifest", "id", "ids", *SELECTION, "list_ids", "dry_run")
     given = [getattr(options, name) for name in names]
@@ -147,7 +147,7 @@ def _read_rows(options: argparse.Namespace) -> Any:
 
 
 def _select(rows: Any, options: argparse.Namespace) -> Any:
-    from mpmworlds.builder.select import select
+    from mpmworlds.builder.plan.select import select
 
     ids = [*options.id, *(read_text(options.ids).split() if options.ids else ())]
     if options.ids and not ids:
@@ -162,9 +162,9 @@ def render_rows(
     rows: Any, store: Any, workers: int, ray: str | None = None, failures: Any = None
 ) -> Any:
     """Render what is missing and say what became of it."""
-    from mpmworlds.builder.executors import open_executor
-    from mpmworlds.builder.materialise import materialise as render
-    from mpmworlds.builder.render import render_row
+    from mpmworlds.builder.render.executors import open_executor
+    from mpmworlds.builder.render.materialise import materialise as render
+    from mpmworlds.builder.render.render import render_row
 
     with (
         _failures_file(store.root, failures) as path,
@@ -206,7 +206,7 @@ def _failures_file(store: Path, named: Path | None) -> Iterator[Path]:
 
 def _foretell(rows: Any, chosen: Any, store: Any, options: argparse.Namespace) -> int:
     """Say what rendering the chosen rows would take."""
-    from mpmworlds.builder.timings import estimate
+    from mpmworlds.builder.render.timings import estimate
 
     there = sum(store.has(row.program_sha256) for row in chosen)
     missing = len(chosen) - there

@@ -191,7 +191,7 @@ def _is_root(name: str) -> bool:
 
 
 def _scenes_of_roots(names: list[str], manifest: Path | None) -> dict[str, Any]:
-    from mpmworlds.builder.manifest import read_table, recorded_manifest
+    from mpmworlds.builder.plan.manifest import read_table, recorded_manifest
     from mpmworlds.sim.scene.scene import Scene
 
     path = manifest or recorded_manifest("full")
@@ -251,8 +251,8 @@ def _collect(
 
 def _acceptor(options: argparse.Namespace) -> Any:
     """What says why a valid scene is turned down."""
-    from mpmworlds.builder.templates import Screen
-    from mpmworlds.builder.trials import append_journal, read_journal
+    from mpmworlds.builder.plan.families import Screen
+    from mpmworlds.builder.plan.trials import append_journal, read_journal
 
     if not options.screen:
         return lambda scene: None

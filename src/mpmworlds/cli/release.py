@@ -26,7 +26,7 @@ def add_verify(verbs: Any) -> None:
 
 def verify(options: argparse.Namespace) -> int:
     """Look for anything wrong in a release."""
-    from mpmworlds.builder.verify import verify_release
+    from mpmworlds.builder.release.verify import verify_release
 
     if not options.release.is_dir():
         raise ValueError(

@@ -16,9 +16,11 @@ class Hose(Emission):
 
     type: Literal["hose"] = about("neutral", "kind of emission")
     swing_deg: float = about(
-        "neutral", "amplitude of direction", "deg", ge=-90.0, le=90.0
+        "neutral", "amplitude of direction", "deg", ge=-90.0, le=90.0, kind="swing"
     )
-    period: float = about("neutral", "time of a swing to and fro", "s", ge=0.02, le=100)
+    period: float = about(
+        "neutral", "time of a swing to and fro", "s", ge=0.02, le=100, kind="time"
+    )
 
     def numbers(self) -> tuple[Any, ...]:
         """Those of a jet, swing and period."""

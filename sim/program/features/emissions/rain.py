@@ -20,7 +20,9 @@ class Rain(Emission):
     DENSE = "drops overlap"
 
     type: Literal["rain"] = about("neutral", "kind of emission")
-    drop_radius: float = about("neutral", "radius of a drop", "m", ge=0.002, le=0.2)
+    drop_radius: float = about(
+        "neutral", "radius of a drop", "m", ge=0.002, le=0.2, kind="length"
+    )
 
     def numbers(self) -> tuple[Any, ...]:
         """Those of a jet, and the radius of drops."""

@@ -41,7 +41,13 @@ class ElasticFem(Solid):
 
     constitutive_model: Literal["elastic_fem"] = about("material", "constitutive model")
     damping: float = about(
-        "material", "Kelvin-Voigt viscosity", "Pa s", default=0.0, ge=0.0, le=1e4
+        "material",
+        "Kelvin-Voigt viscosity",
+        "Pa s",
+        default=0.0,
+        ge=0.0,
+        le=1e4,
+        kind="viscosity",
     )
 
     def wave_speed(self) -> float:

@@ -26,9 +26,17 @@ class Liquid(Material):
     GIVES_WAY = True
 
     constitutive_model: Literal["liquid"] = about("material", "constitutive model")
-    bulk_modulus: float = about("material", "stiffness in volume", "Pa", ge=1e2, le=1e9)
+    bulk_modulus: float = about(
+        "material", "stiffness in volume", "Pa", ge=1e2, le=1e9, kind="stiffness"
+    )
     viscosity: float = about(
-        "material", "dynamic viscosity", "Pa s", default=0.0, ge=0.0, le=1e4
+        "material",
+        "dynamic viscosity",
+        "Pa s",
+        default=0.0,
+        ge=0.0,
+        le=1e4,
+        kind="viscosity",
     )
 
     def wave_speed(self) -> float:

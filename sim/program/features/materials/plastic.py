@@ -29,10 +29,21 @@ class Plastic(Solid):
 
     constitutive_model: Literal["plastic"] = about("material", "constitutive model")
     yield_stress: float = about(
-        "material", "shear stress at which it yields", "Pa", ge=1.0, le=1e8
+        "material",
+        "shear stress at which it yields",
+        "Pa",
+        ge=1.0,
+        le=1e8,
+        kind="strength",
     )
     hardening_modulus: float = about(
-        "material", "rise per plastic shear strain", "Pa", default=0.0, ge=0.0, le=1e8
+        "material",
+        "rise per plastic shear strain",
+        "Pa",
+        default=0.0,
+        ge=0.0,
+        le=1e8,
+        kind="strength",
     )
 
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:

@@ -52,13 +52,24 @@ class Rigid(Material):
 
     constitutive_model: Literal["rigid"] = about("material", "constitutive model")
     restitution: float = about(
-        "material", "part of speed after a bounce", default=0.2, ge=0.0, le=1.0
+        "material",
+        "part of speed after a bounce",
+        default=0.2,
+        ge=0.0,
+        le=1.0,
+        kind="fraction",
     )
     friction: float = about(
-        "material", "Coulomb coefficient", default=0.3, ge=0.0, le=10.0
+        "material", "Coulomb coefficient", default=0.3, ge=0.0, le=10.0, kind="friction"
     )
     skin_cells: float = about(
-        "neutral", "distance of contact", "cells", default=0.3, ge=0.0, le=1.0
+        "neutral",
+        "distance of contact",
+        "cells",
+        default=0.3,
+        ge=0.0,
+        le=1.0,
+        kind="setting",
     )
 
     def wave_speed(self) -> float:

@@ -44,7 +44,13 @@ class Grains(Solid):
     FAMILY = "sand"
 
     friction_angle_deg: float = about(
-        "material", "internal friction angle", "deg", default=35.0, ge=5.0, le=60.0
+        "material",
+        "internal friction angle",
+        "deg",
+        default=35.0,
+        ge=5.0,
+        le=60.0,
+        kind="friction",
     )
 
 

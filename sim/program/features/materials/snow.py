@@ -27,19 +27,34 @@ class Snow(Solid):
 
     constitutive_model: Literal["snow"] = about("material", "constitutive model")
     yield_compression: float = about(
-        "material", "critical compression", default=2.5e-2, gt=0.0, le=0.5
+        "material",
+        "critical compression",
+        default=2.5e-2,
+        gt=0.0,
+        le=0.5,
+        kind="strain",
     )
     yield_stretch: float = about(
-        "material", "critical stretch", default=5.0e-3, gt=0.0, le=0.5
+        "material", "critical stretch", default=5.0e-3, gt=0.0, le=0.5, kind="strain"
     )
     hardening_rate: float = about(
-        "material", "exponent of hardening", default=10.0, ge=0.0, le=20.0
+        "material",
+        "exponent of hardening",
+        default=10.0,
+        ge=0.0,
+        le=20.0,
+        kind="exponent",
     )
     hardening_min: float = about(
-        "material", "least hardening factor", default=0.1, gt=0.0, le=1.0
+        "material", "least hardening factor", default=0.1, gt=0.0, le=1.0, kind="ratio"
     )
     hardening_max: float = about(
-        "material", "greatest hardening factor", default=5.0, ge=1.0, le=20.0
+        "material",
+        "greatest hardening factor",
+        default=5.0,
+        ge=1.0,
+        le=20.0,
+        kind="ratio",
     )
 
     def wave_speed(self) -> float:

@@ -25,7 +25,12 @@ class Viscoelastic(Solid):
         "material", "constitutive model"
     )
     relaxation_time: float = about(
-        "material", "time in which shear stress decays to 1/e", "s", ge=1e-4, le=1e4
+        "material",
+        "time in which shear stress decays to 1/e",
+        "s",
+        ge=1e-4,
+        le=1e4,
+        kind="time",
     )
 
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:

@@ -25,13 +25,28 @@ class Viscoplastic(Solid):
         "material", "constitutive model"
     )
     yield_stress: float = about(
-        "material", "shear stress at which it starts to flow", "Pa", ge=0.0, le=1e8
+        "material",
+        "shear stress at which it starts to flow",
+        "Pa",
+        ge=0.0,
+        le=1e8,
+        kind="strength",
     )
     consistency: float = about(
-        "material", "viscosity at a shear rate of 1/s", "Pa s^n", gt=0.0, le=1e6
+        "material",
+        "viscosity at a shear rate of 1/s",
+        "Pa s^n",
+        gt=0.0,
+        le=1e6,
+        kind="viscosity",
     )
     exponent: float = about(
-        "material", "flow exponent; n = 1 is Bingham", default=1.0, ge=0.2, le=2.0
+        "material",
+        "flow exponent; n = 1 is Bingham",
+        default=1.0,
+        ge=0.2,
+        le=2.0,
+        kind="exponent",
     )
 
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:

@@ -28,10 +28,21 @@ class WetSand(Grains):
 
     constitutive_model: Literal["wet_sand"] = about("material", "constitutive model")
     cohesion: float = about(
-        "material", "cohesion at half saturation", "Pa", default=2e3, ge=0.0, le=1e6
+        "material",
+        "cohesion at half saturation",
+        "Pa",
+        default=2e3,
+        ge=0.0,
+        le=1e6,
+        kind="strength",
     )
     saturation: float = about(
-        "material", "wet part of the pores at the start", default=0.3, ge=0.0, le=1.0
+        "material",
+        "wet part of the pores at the start",
+        default=0.3,
+        ge=0.0,
+        le=1.0,
+        kind="fraction",
     )
 
     def hooks(self, present: frozenset[str]) -> dict[str, Numbers]:

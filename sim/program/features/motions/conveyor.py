@@ -10,7 +10,9 @@ class Conveyor(Motion):
     """Belt around the shape, which stays where it is: clockwise if positive."""
 
     type: Literal["conveyor"] = about("neutral", "kind of motion")
-    surface_speed: float = about("neutral", "speed of the belt", "m/s", ge=-20, le=20)
+    surface_speed: float = about(
+        "neutral", "speed of the belt", "m/s", ge=-20, le=20, kind="speed"
+    )
 
     def fastest(self, reach: float) -> float:
         """Speed of the belt."""

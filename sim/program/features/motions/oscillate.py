@@ -23,13 +23,29 @@ class Oscillate(Motion):
     """
 
     type: Literal["oscillate"] = about("neutral", "kind of motion")
-    amplitude: Vec2 = about("position", "amplitude of place", "m", default=(0.0, 0.0))
-    amplitude_deg: float = about(
-        "neutral", "amplitude of turn", "deg", default=0.0, ge=-180.0, le=180.0
+    amplitude: Vec2 = about(
+        "position", "amplitude of place", "m", default=(0.0, 0.0), kind="displacement"
     )
-    frequency: float = about("neutral", "cycles per time", "Hz", gt=0.0, le=50.0)
+    amplitude_deg: float = about(
+        "neutral",
+        "amplitude of turn",
+        "deg",
+        default=0.0,
+        ge=-180.0,
+        le=180.0,
+        kind="swing",
+    )
+    frequency: float = about(
+        "neutral", "cycles per time", "Hz", gt=0.0, le=50.0, kind="frequency"
+    )
     phase_deg: float = about(
-        "neutral", "phase at the start", "deg", default=0.0, ge=-360.0, le=360.0
+        "neutral",
+        "phase at the start",
+        "deg",
+        default=0.0,
+        ge=-360.0,
+        le=360.0,
+        kind="phase",
     )
 
     @model_validator(mode="after")

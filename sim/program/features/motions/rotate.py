@@ -17,7 +17,9 @@ class Rotate(Motion):
     """Constant spin about the center of the shape."""
 
     type: Literal["rotate"] = about("neutral", "kind of motion")
-    angular_velocity: float = about("neutral", "spin", "rad/s", ge=-100.0, le=100.0)
+    angular_velocity: float = about(
+        "neutral", "spin", "rad/s", ge=-100.0, le=100.0, kind="spin"
+    )
 
     def row(self) -> tuple[str, Numbers]:
         """Spin."""

@@ -18,7 +18,9 @@ class Translate(Motion):
     """Constant velocity between two times, at rest before and after."""
 
     type: Literal["translate"] = about("neutral", "kind of motion")
-    velocity: Vec2 = about("position", "velocity while it moves", "m/s")
+    velocity: Vec2 = about(
+        "position", "velocity while it moves", "m/s", kind="velocity"
+    )
 
     def row(self) -> tuple[str, Numbers]:
         """Velocity."""

@@ -19,7 +19,7 @@ class Box(Turned):
     """Rectangle."""
 
     type: Literal["box"] = about("neutral", "kind of shape")
-    size: Vec2 = about("neutral", "width and height", "m")
+    size: Vec2 = about("neutral", "width and height", "m", kind="length")
 
     @model_validator(mode="after")
     def _sides(self) -> "Box":

@@ -19,8 +19,12 @@ class Capsule(Turned):
     """Straight bar with round ends, along x."""
 
     type: Literal["capsule"] = about("neutral", "kind of shape")
-    length: float = about("neutral", "between ends of the axis", "m", gt=0.0, le=1.0)
-    radius: float = about("neutral", "half of the width", "m", gt=0.0, le=0.5)
+    length: float = about(
+        "neutral", "between ends of the axis", "m", gt=0.0, le=1.0, kind="length"
+    )
+    radius: float = about(
+        "neutral", "half of the width", "m", gt=0.0, le=0.5, kind="length"
+    )
 
     def numbers(self) -> tuple[float, ...]:
         """Length and radius."""

@@ -17,7 +17,7 @@ class Circle(Shape):
     """Disc."""
 
     type: Literal["circle"] = about("neutral", "kind of shape")
-    radius: float = about("neutral", "radius", "m", gt=0.0, le=0.5)
+    radius: float = about("neutral", "radius", "m", gt=0.0, le=0.5, kind="length")
 
     def numbers(self) -> tuple[float, ...]:
         """The radius."""

@@ -22,7 +22,7 @@ class Ellipse(Turned):
     """Ellipse."""
 
     type: Literal["ellipse"] = about("neutral", "kind of shape")
-    semi_axes: Vec2 = about("neutral", "half of width and height", "m")
+    semi_axes: Vec2 = about("neutral", "half of width and height", "m", kind="length")
 
     @model_validator(mode="after")
     def _axes(self) -> "Ellipse":

@@ -19,10 +19,23 @@ from mpmworlds.sim.scene.outlines import Outline, stadium
 class FanBlades(Turned):
     """Straight, round-ended blades around a hub."""
 
+    angle_deg: float = about(
+        "position",
+        "counter-clockwise turn of the first blade from +x",
+        "deg",
+        default=0.0,
+        ge=-360.0,
+        le=360.0,
+        kind="heading",
+    )
     type: Literal["fan_blades"] = about("neutral", "kind of shape")
-    blade_count: int = about("neutral", "number of blades", ge=2, le=12)
-    blade_length: float = about("neutral", "hub to blade tip axis", "m", gt=0.0, le=0.5)
-    thickness: float = about("neutral", "thickness of a blade", "m", gt=0.0, le=0.2)
+    blade_count: int = about("neutral", "number of blades", ge=2, le=12, kind="count")
+    blade_length: float = about(
+        "neutral", "hub to blade tip axis", "m", gt=0.0, le=0.5, kind="length"
+    )
+    thickness: float = about(
+        "neutral", "thickness of a blade", "m", gt=0.0, le=0.2, kind="thickness"
+    )
 
     def numbers(self) -> tuple[float, ...]:
         """Number, length and thickness of the blades."""

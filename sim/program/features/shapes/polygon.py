@@ -20,7 +20,9 @@ class Polygon(Turned):
     """Simple polygon, convex or not; vertices are relative to the center."""
 
     type: Literal["polygon"] = about("neutral", "kind of shape")
-    vertices: Points = about("neutral", "corners in order, from the center", "m")
+    vertices: Points = about(
+        "neutral", "corners in order, from the center", "m", kind="offset"
+    )
 
     @model_validator(mode="after")
     def _simple(self) -> "Polygon":

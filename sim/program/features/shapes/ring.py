@@ -25,10 +25,20 @@ class Ring(Turned):
     """
 
     type: Literal["ring"] = about("neutral", "kind of shape")
-    radius: float = about("neutral", "radius of the center line", "m", gt=0.0, le=0.5)
-    thickness: float = about("neutral", "thickness of the wall", "m", gt=0.0, le=0.5)
+    radius: float = about(
+        "neutral", "radius of the center line", "m", gt=0.0, le=0.5, kind="length"
+    )
+    thickness: float = about(
+        "neutral", "thickness of the wall", "m", gt=0.0, le=0.5, kind="thickness"
+    )
     opening_deg: float = about(
-        "neutral", "angle of the gap around +y", "deg", default=0.0, ge=0.0, le=330.0
+        "neutral",
+        "angle of the gap around +y",
+        "deg",
+        default=0.0,
+        ge=0.0,
+        le=330.0,
+        kind="span",
     )
 
     @model_validator(mode="after")

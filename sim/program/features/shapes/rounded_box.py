@@ -19,8 +19,10 @@ class RoundedBox(Turned):
     """Rectangle with round corners."""
 
     type: Literal["rounded_box"] = about("neutral", "kind of shape")
-    size: Vec2 = about("neutral", "width and height", "m")
-    corner_radius: float = about("neutral", "radius of the corners", "m", gt=0.0)
+    size: Vec2 = about("neutral", "width and height", "m", kind="length")
+    corner_radius: float = about(
+        "neutral", "radius of the corners", "m", gt=0.0, kind="length"
+    )
 
     @model_validator(mode="after")
     def _sides(self) -> "RoundedBox":

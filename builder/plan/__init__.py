@@ -1,0 +1,1 @@
+"""Which scenes a corpus has: candidates, trials, templates, the manifest."""

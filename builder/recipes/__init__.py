@@ -1,0 +1,1 @@
+"""How scenes are made: composed of seeds, modified, perturbed."""

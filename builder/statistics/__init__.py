@@ -1,0 +1,1 @@
+"""The corpus in numbers, beside those of the paper."""
