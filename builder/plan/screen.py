@@ -1,21 +1,18 @@
 """The screen: a short, cheap run of a template, and what it must show.
 
 A trial runs the linked program at `CELLS` cells a side through the 2.5 s of prefix and
-half a second beyond, without pictures. Its `Findings` are numbers; `fault` judges them.
+a while beyond, without pictures. Its `Findings` are numbers; `fault` judges them.
 """
 
 import math
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-import numpy.typing as npt
-
+from mpmworlds.builder.plan import measures
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import Outcome
 from mpmworlds.sim.run.states import States
 from mpmworlds.sim.run.warm import WarmStart
-from mpmworlds.sim.scene.outlines import paint
 from mpmworlds.sim.scene.scale import rescale
 from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.sim.scene.steps import speed_of
@@ -23,18 +20,17 @@ from mpmworlds.sim.scene.steps import speed_of
 CELLS: Final = 64  # the six cells of the seeds' walls are then three, the least
 PIXELS: Final = 32
 PREFIX: Final = 2.5  # seconds of video that a model is shown
-BEYOND: Final = 0.5  # and how far the trial goes on after it [s]
+BEYOND: Final = 1.5  # and how far the trial goes on after it [s]
 TIMEOUT: Final = 120.0  # seconds
 ATTEMPTS: Final = 3  # of a trial that crashes or takes too long
-STRIDE: Final = 15  # frames between those at which depths are measured
-RASTER: Final = 512  # pixels a side for depths
 LEAST_MATTER: Final = 16  # particles that must be there at the end of the prefix
 LEAST_TRAVEL: Final = 0.02  # how far matter must get during the prefix [m]
-LEAST_LATER: Final = 0.004  # and after it: half a cell of 128 [m]
+LEAST_LATER: Final = 0.004  # and in half a second after it: half a cell of 128 [m]
+LEAST_MOTION: Final = 0.05  # part of the foreground that must change in a second
 MOST_DEPTH: Final = 1.0  # of a particle in a solid [cells]
 MOST_SPEED: Final = 1.0  # part of the speed that all causes of motion explain
-
-Floats = npt.NDArray[np.float64]
+MOST_INVERTED: Final = 0.01  # of a mesh
+MOST_CROWDED: Final = 0.05  # of the matter
 
 
 @dataclass(frozen=True)
@@ -50,12 +46,17 @@ class Findings:
     lost
         Particles and rigid bodies that became infinite or left the domain.
     travel, later
-        Displacement that a tenth of the matter exceeds: over the prefix, and over the
-        rest of the trial [m].
+        Displacement that a tenth of the matter exceeds: over the prefix, and over half
+        a second after it [m].
+    motion
+        Part of the foreground that changes in a second after the prefix, see
+        `measures.motion`.
     speed
         Largest speed over that which gravity and all prescribed motions explain.
     depth
         Deepest particle in a solid [cells].
+    inverted, crowded
+        Part of a mesh that is inside out, and of matter in overfull cells.
     """
 
     status: str
@@ -63,8 +64,11 @@ class Findings:
     lost: int = 0
     travel: float = 0.0
     later: float = 0.0
+    motion: float = 0.0
     speed: float = 0.0
     depth: float = 0.0
+    inverted: float = 0.0
+    crowded: float = 0.0
 
 
 def try_out(scene: Scene, warm: WarmStart) -> Findings:
@@ -115,21 +119,21 @@ def findings(scene: Scene, outcome: Outcome) -> Findings:
 
 def measured(scene: Scene, states: States) -> Findings:
     """What the states of a scene show."""
-    born, x = states.born, states.positions
-    inside = np.asarray(((x > 0.0) & (x < 1.0)).all(axis=2))  # which no NaN is
-    prefix = round(PREFIX * scene.output.framerate)
-    bodies = np.isfinite(states.solid_mass)
-    centers = states.poses[:, bodies, :2]
-    astray = ~((centers > 0.0) & (centers < 1.0)).all(axis=(0, 2))
-    speeds = np.linalg.norm(states.velocities[born & inside], axis=-1)
+    rate = scene.output.framerate
+    prefix, soon = round(PREFIX * rate), round((PREFIX + 0.5) * rate)
+    bodies = sum(math.isfinite(m) for m in states.solid_mass)
+    views = measures.views(scene, states, prefix)
     return Findings(
         "ok",
-        matter=int(born[prefix].sum()) + LEAST_MATTER * int(bodies.sum()),
-        lost=int((born & ~inside).any(axis=0).sum() + astray.sum()),
-        travel=_travel(states, 0, prefix),
-        later=_travel(states, prefix, len(states.time) - 1),
-        speed=_rounded(speeds.max(initial=0.0) / fastest_explained(scene)),
-        depth=_rounded(_depth(scene, states, inside)),
+        matter=int(states.born[prefix].sum()) + LEAST_MATTER * bodies,
+        lost=measures.lost(states),
+        travel=_rounded(measures.travel(states, 0, prefix)),
+        later=_rounded(measures.travel(states, prefix, soon)),
+        motion=_rounded(measures.motion(views, rate)),
+        speed=_rounded(measures.top_speed(states) / fastest_explained(scene)),
+        depth=_rounded(measures.depth(scene, states)),
+        inverted=_rounded(measures.inverted(scene, states)),
+        crowded=_rounded(measures.crowded(scene, states)),
     )
 
 
@@ -148,8 +152,13 @@ def fault(found: Findings) -> str | None:
         "blank": found.matter < LEAST_MATTER,
         "exploding": found.speed > MOST_SPEED,
         "tunnels": found.depth > MOST_DEPTH,
+        "inverted": found.inverted > MOST_INVERTED,
+        "crowded": found.crowded > MOST_CROWDED,
         "static": found.travel < LEAST_TRAVEL,
-        "at_rest_after_prefix": found.later < LEAST_LATER,
+        "at_rest_after_prefix": min(
+            found.later / LEAST_LATER, found.motion / LEAST_MOTION
+        )
+        < 1.0,
     }
     return next((reason for reason, holds in rules.items() if holds), None)
 
@@ -165,51 +174,6 @@ def fastest_explained(scene: Scene) -> float:
     fall = math.sqrt(2.0 * math.hypot(*scene.environment.gravity))
     most = 3.0 if "liquid" in scene.materials else 1.5
     return most * (fall + sum(map(speed_of, scene.objects)))
-
-
-def _travel(states: States, start: int, stop: int) -> float:
-    """Displacement that a tenth of the matter exceeds between two frames [m].
-
-    What is born in between counts from the first frame of its life.
-    """
-    first = np.argmax(states.born, axis=0).clip(start)
-    there = states.born[stop]
-    numbers = np.arange(len(there))
-    before, after = states.positions[first.clip(None, stop), numbers], states.positions
-    ways = np.linalg.norm(after[stop] - before, axis=1)[there]
-    rigid = np.isfinite(states.solid_mass)
-    moved = states.poses[stop, rigid, :2] - states.poses[start, rigid, :2]
-    parts = [
-        np.quantile(w, 0.9) for w in (ways, np.linalg.norm(moved, axis=1)) if len(w)
-    ]
-    return _rounded(float(np.max(parts, initial=0.0)))
-
-
-def _depth(scene: Scene, states: States, inside: npt.NDArray[np.bool_]) -> float:
-    """Deepest particle in a solid at any of some frames [cells]."""
-    deepest = 0.0
-    for n, index in enumerate(states.solid_id):
-        shape = scene.objects[index].shape
-        for t in range(0, len(states.time), STRIDE):
-            x, y, angle = states.poses[t, n].tolist()
-            if not math.isfinite(x + y + angle):
-                continue
-            shift = x - shape.center[0], y - shape.center[1]
-            depths = _depth_map(shape.outline(shift, angle - shape.angle()))
-            points = states.positions[t][states.born[t] & inside[t]]
-            column, row = (points * RASTER).astype(int).T
-            deepest = max(deepest, float(depths[row, column].max(initial=0.0)))
-    return deepest * scene.simulation.grid_resolution
-
-
-def _depth_map(outline: list[Floats]) -> npt.NDArray[np.float32]:
-    """Depth [m] in polygons at the pixels of the domain, 0 outside."""
-    import cv2
-
-    mask = np.zeros((RASTER, RASTER), np.uint8)
-    paint(mask, outline, [1], RASTER)
-    depths = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(depths / RASTER, np.float32)
 
 
 def _rounded(value: float) -> float:
