@@ -15,8 +15,15 @@ PACKAGE = ROOT / "src" / "mpmworlds"
 FOLDERS = ("baselines", "builder", "loaders", "metrics", "sim", "splits")
 LINKS = (*FOLDERS, "dataset_card.md")
 NOT_COPIED = shutil.ignore_patterns(
-    ".git", ".venv", ".dvc", ".*_cache", "__pycache__", "*.egg-info", "release", "work"
+    ".git", ".venv", ".dvc", ".*_cache", "__pycache__", "*.egg-info"
 )
+GENERATED = {"release", "work"}  # at the top
+
+
+def not_copied(folder, names):
+    """What `shutil.copytree` leaves out of a copy of the repository."""
+    generated = GENERATED & set(names) if Path(folder) == ROOT else set()
+    return NOT_COPIED(folder, names) | generated
 
 
 @pytest.mark.parametrize("name", LINKS)
@@ -74,7 +81,7 @@ def package_files():
 def distributions(tmp_path_factory):
     """Build the wheel and the source distribution from a copy of the tree."""
     copy = tmp_path_factory.mktemp("tree") / "copy"
-    shutil.copytree(ROOT, copy, symlinks=True, ignore=NOT_COPIED)
+    shutil.copytree(ROOT, copy, symlinks=True, ignore=not_copied)
     out = tmp_path_factory.mktemp("dist")
     hooks = (
         "import sys; from setuptools import build_meta as b; "

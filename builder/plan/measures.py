@@ -99,11 +99,16 @@ def inverted(scene: Scene, states: States) -> float:
 def crowded(scene: Scene, states: States) -> float:
     """Largest part of the matter in cells that are overfull, at any of some frames.
 
-    That is what pinching does, and emitting into matter.
+    That is what pinching does, and emitting into matter. What may be compacted does
+    not count.
     """
     cells, most = scene.simulation.grid_resolution, 0.0
     limit = CROWD * scene.simulation.particles_per_cell
-    within = states.born & inside(states)
+    firm = [
+        hasattr(thing, "physics_properties") and not thing.physics_properties.COMPACTS
+        for thing in scene.objects
+    ]
+    within = states.born & inside(states) & np.array(firm)[states.object_id]
     for t in range(0, len(states.time), STRIDE):
         column, row = (states.positions[t][within[t]] * cells).astype(int).T
         count = np.bincount(row * cells + column)

@@ -132,7 +132,9 @@ class Profile:
     duration_frames: int
     split: SplitParams
     proposed_children: tuple[Proposed, ...] = ()
-    tables: dict[str, Tables] = field(default_factory=lambda: {FIRST: first_tables()})
+    tables: dict[str, Tables] = field(
+        default_factory=lambda: {FIRST: first_tables()}, hash=False
+    )
 
     @classmethod
     def from_params(cls, params: dict[str, Any], name: str) -> "Profile":

@@ -155,10 +155,8 @@ def fault(found: Findings) -> str | None:
         "inverted": found.inverted > MOST_INVERTED,
         "crowded": found.crowded > MOST_CROWDED,
         "static": found.travel < LEAST_TRAVEL,
-        "at_rest_after_prefix": min(
-            found.later / LEAST_LATER, found.motion / LEAST_MOTION
-        )
-        < 1.0,
+        "at_rest_after_prefix": found.later < LEAST_LATER,
+        "hardly_moves": found.motion < LEAST_MOTION,
     }
     return next((reason for reason, holds in rules.items() if holds), None)
 

@@ -13,6 +13,7 @@ class Material(Part):
     """What every material has."""
 
     FAMILY: ClassVar[str]  # group in reports
+    COMPACTS: ClassVar[bool] = False  # whether it may stay at a fraction of its volume
     FLOWS: ClassVar[bool] = True  # a nozzle may release it
     GIVES_WAY: ClassVar[bool] = False  # another nozzle may release into it
     TEARS_AT: ClassVar[float] = math.inf  # speed of what hits it [m/s], numerically

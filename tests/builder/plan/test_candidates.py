@@ -12,6 +12,7 @@ from mpmworlds.builder.plan.candidates import (
     scene_key,
 )
 from mpmworlds.builder.plan.manifest import text_sha256
+from mpmworlds.builder.plan.profile import Batch, Count
 from mpmworlds.builder.recipes.modify import EDITS
 from mpmworlds.builder.recipes.objects import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
@@ -20,7 +21,13 @@ from mpmworlds.splits.ids import SampleId
 from tests.builder.plan.plans import SMALL
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data, seeds_data
 
-PROFILE = dataclasses.replace(SMALL, root_seed=13)
+PROFILE = dataclasses.replace(
+    SMALL,
+    root_seed=13,
+    parents=(Batch(3, 35),),
+    children=(Count(4),),
+    root_perturbations=(Count(5),),
+)
 PARENT, CHILD = SampleId.parse("p0001"), SampleId.parse("p0001-c3")
 
 
@@ -163,12 +170,12 @@ NEAR_RED = {"visualization": {"color": "#F45F2D"}}
 TWO = {"name": "object_9"}
 FAULTS = {
     "overlap": [BODY, BODY | TWO],
-    "out_of_domain": [with_shape(BODY, center=[0.02, 0.5])],
-    "unstable": [with_material(BODY, youngs_modulus=9e8)],
+    "domain": [with_shape(BODY, center=[0.02, 0.5])],
+    "stability": [with_material(BODY, youngs_modulus=9e8)],
     "colors": [BODY, FAN | NEAR_RED],
     "particles": [OBSTACLE],
-    "emission": [JET | {"emission": JET["emission"] | {"rate": 1e5}}],
-    "invalid": [BODY, OBSTACLE | {"name": "object_0"}],
+    "jets": [JET | {"emission": JET["emission"] | {"rate": 1e5}}],
+    "names": [BODY, OBSTACLE | {"name": "object_0"}],
 }
 
 

@@ -25,10 +25,19 @@ from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, FAN, JET, LIQUID, OBSTACLE, SAND, scene_data
 
 PASSES = Findings(
-    "ok", matter=LEAST_MATTER, lost=0, travel=0.02, later=0.004, speed=1.0, depth=1.0
+    "ok",
+    matter=LEAST_MATTER,
+    lost=0,
+    travel=0.02,
+    later=0.004,
+    motion=0.05,
+    speed=1.0,
+    depth=1.0,
+    inverted=0.01,
+    crowded=0.05,
 )
 PEG = OBSTACLE | {"shape": {"type": "box", "center": [0.5, 0.25], "size": [0.5, 0.5]}}
-FRAMES = 91  # three seconds and the first frame
+FRAMES = 121  # four seconds and the first frame
 BLACK = np.zeros((FRAMES, 2, 2, 3), np.uint8)
 
 
@@ -50,6 +59,9 @@ def test_a_trial_at_every_bound_passes():
         ({"depth": 1.001}, "tunnels"),
         ({"travel": 0.0199}, "static"),
         ({"later": 0.0039}, "at_rest_after_prefix"),
+        ({"motion": 0.0499}, "hardly_moves"),
+        ({"inverted": 0.0101}, "inverted"),
+        ({"crowded": 0.0501}, "crowded"),
     ],
 )
 def test_each_rule_has_its_reason(finding, reason):
@@ -89,8 +101,10 @@ def found(states, *things):
 
 
 def still(count=20):
-    """Particles at rest in the middle."""
-    return np.full((FRAMES, count, 2), 0.75)
+    """Particles at rest in a row."""
+    x = np.full((FRAMES, count, 2), 0.75)
+    x[:, :, 0] -= np.arange(count) / 200
+    return x
 
 
 def test_a_run_without_states_shows_only_how_it_ended():
@@ -116,8 +130,8 @@ def test_a_rigid_body_counts_as_enough_matter():
     poses[:, 0, 0] = np.linspace(0.2, 0.4, FRAMES)
     body = found(states_of(x, poses=poses, solid_mass=[3.0]), BODY, OBSTACLE)
     assert body.matter == LEAST_MATTER
-    assert body.travel == pytest.approx(0.2 * 75 / 90, rel=1e-3)
-    assert body.later == pytest.approx(0.2 * 15 / 90, rel=1e-3)
+    assert body.travel == pytest.approx(0.2 * 75 / 120, rel=1e-3)
+    assert body.later == pytest.approx(0.2 * 15 / 120, rel=1e-3)
     collider = found(states_of(x, poses=poses, solid_mass=[math.inf]), BODY, OBSTACLE)
     assert (collider.matter, collider.travel, collider.later) == (0, 0.0, 0.0)
 
@@ -187,7 +201,7 @@ def test_travel_is_what_a_tenth_of_the_matter_exceeds():
 def test_travel_of_matter_that_is_born_counts_from_its_birth():
     x = still()
     x[:60] = np.nan
-    x[60:, :, 0] = 0.5 + 0.01 * np.arange(FRAMES - 60)[:, None]
+    x[60:, :, 0] = 0.3 + 0.01 * np.arange(FRAMES - 60)[:, None]
     shown = found(states_of(x))
     assert shown.travel == pytest.approx(0.15, rel=1e-3)
     assert shown.later == pytest.approx(0.15, rel=1e-3)

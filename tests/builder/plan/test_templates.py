@@ -15,6 +15,7 @@ from mpmworlds.builder.plan.profile import Batch, Count, PlanError
 from mpmworlds.builder.plan.screen import Findings
 from mpmworlds.builder.recipes.objects import NoRoomError
 from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.sim.scene.checks import CHECKS
 from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.similarity import config_distance, structure
@@ -31,7 +32,7 @@ PROFILE = dataclasses.replace(
     screen="templates",
 )
 SAMPLE, SEED = SampleId.parse("p0002"), SampleId.parse("s02")
-PASSES = Findings("ok", matter=99, travel=0.2, later=0.1)
+PASSES = Findings("ok", matter=99, travel=0.2, later=0.1, motion=0.2)
 STATIC = dataclasses.replace(PASSES, travel=0.0)
 
 
@@ -97,7 +98,7 @@ def test_a_rejected_candidate_gives_way_to_the_next(drafts):
     assert choice.rejected[first] == "static"
     assert choice.rejected[second] == "not_finite_or_outside"
     invalid = [choice.rejected[k] for k in range(third) if k not in drafts]
-    assert set(invalid) <= {"no_room", "overlap", "out_of_domain", "unstable"}
+    assert set(invalid) <= {"no_room", "form", *CHECKS}
 
 
 def test_draws_that_may_not_be_taken_count_as_near_duplicates(drafts):

@@ -24,6 +24,7 @@ class Snow(Solid):
     """Snow: yields beyond small strains and hardens under compaction."""
 
     FAMILY = "snow"
+    COMPACTS = True
 
     constitutive_model: Literal["snow"] = about("material", "constitutive model")
     yield_compression: float = about(
