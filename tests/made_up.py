@@ -42,6 +42,7 @@ def row_of(sample_id, text, seeds):
         object_types=tuple(sorted({thing.object_type for thing in scene.objects})),
         num_objects=len(scene.objects),
         num_materials=len(materials),
+        motion=None,
         scene_sha256=text_sha256(text),
         program_sha256=text_sha256(f"program of {text}"),
     )

@@ -63,15 +63,15 @@ class Screen:
     asked: set[str] = field(default_factory=set)
     _warm: WarmStart | None = None
 
-    def fault(self, scene: Scene) -> str | None:
-        """Why a template is rejected; None if it is not."""
+    def findings(self, scene: Scene) -> Findings:
+        """What the trial of a template shows."""
         key = scene_key(scene)
         self.asked.add(key)
         found = self.known.get(key)
         if found is None:
             self._warm = self._warm or WarmStart()
             found = self.known[key] = self.new[key] = try_out(scene, self._warm)
-        return fault(found)
+        return found
 
     def take(self) -> dict[str, Findings]:
         """All findings that were asked for since the last time."""
@@ -82,11 +82,24 @@ class Screen:
 
 @dataclass(frozen=True)
 class Choice:
-    """A template, the number of its draw, and why those before it were rejected."""
+    """A template.
+
+    Attributes
+    ----------
+    draft
+        What was chosen.
+    draw
+        The number of its draw.
+    rejected
+        Why those before it were rejected.
+    findings
+        What its trial showed, if it was tried.
+    """
 
     draft: Draft
-    draw: int
-    rejected: tuple[str, ...]
+    draw: int = 0
+    rejected: tuple[str, ...] = ()
+    findings: Findings | None = None
 
 
 class Templates:
@@ -121,10 +134,11 @@ class Templates:
                     "the number of seeds that there are"
                 )
 
-    def seed(self, sample: SampleId) -> Draft:
-        """A seed as it is."""
+    def seed(self, sample: SampleId) -> Choice:
+        """A seed as it is, whatever its trial shows."""
         name = self._names[str(sample)]
-        return candidates.seed(self.profile, sample, name, self._scenes[name])
+        draft = candidates.seed(self.profile, sample, name, self._scenes[name])
+        return Choice(draft, findings=self._tried(draft))
 
     def parent(self, sample: SampleId, not_draws: Collection[int]) -> Choice:
         """First candidate for a parent that passes, but for some draws."""
@@ -184,39 +198,45 @@ class Templates:
         rejected: list[str] = []
         for k in range(MOST_DRAWS):
             try:
-                if k in not_draws:
-                    reason: str | None = "near_duplicate"
-                else:
-                    draft = draw(k)
-                    reason = self._reason(draft, others)
+                draft = draw(k)
             except (SceneError, NoRoomError) as error:
-                reason = reason_of(error)
+                rejected.append(reason_of(error))
+                continue
+            reason = "near_duplicate" if k in not_draws else repeated(draft, others)
+            findings = None if reason else self._tried(draft)
+            reason = reason or (fault(findings) if findings else None)
             if reason is None:
-                return Choice(draft, k, tuple(rejected))
+                return Choice(draft, k, tuple(rejected), findings)
             rejected.append(reason)
         raise NoCandidateError(
             f"{sample}: none of {MOST_DRAWS} draws is a valid scene that passes its "
             f"trial (last: {rejected[-1]}); choose other seeds"
         )
 
-    def _reason(self, draft: Draft, others: list[Draft]) -> str | None:
-        """Why a valid candidate is rejected.
-
-        Children of one root differ in their edits, and those of one kind of one object
-        markedly, because a modification that is held out must not have been made in
-        training.
-        """
-        if draft.edit in (other.edit for other in others):
-            return "same_edit"
-        if is_near(draft.full, [other.full for other in others], NEAR_SIBLINGS):
-            return "near_duplicate"
-        alike = [o.full for o in others if changed(o) == changed(draft)]
-        if draft.kind == "child" and is_near(draft.full, alike, NEAR_CHANGES):
-            return "near_edit"
-        tried = ("parent",) if self.profile.screen == "parents" else ("parent", "child")
-        if self.profile.screen == "none" or draft.kind not in tried:
+    def _tried(self, draft: Draft) -> Findings | None:
+        """What the trial of a template shows; None if the profile wants none."""
+        if self.profile.screen == "none":
             return None
-        return self.screen.fault(draft.full)
+        if self.profile.screen == "parents" and draft.kind == "child":
+            return None
+        return self.screen.findings(draft.full)
+
+
+def repeated(draft: Draft, others: list[Draft]) -> str | None:
+    """Why a valid candidate is not new beside others of its family; None if it is.
+
+    Children of one root differ in their edits, and those of one kind of one object
+    markedly, because a modification that is held out must not have been made in
+    training.
+    """
+    if draft.edit in (other.edit for other in others):
+        return "same_edit"
+    if is_near(draft.full, [other.full for other in others], NEAR_SIBLINGS):
+        return "near_duplicate"
+    alike = [o.full for o in others if changed(o) == changed(draft)]
+    if draft.kind == "child" and is_near(draft.full, alike, NEAR_CHANGES):
+        return "near_edit"
+    return None
 
 
 def changed(draft: Draft) -> list[Any]:
@@ -276,7 +296,7 @@ def carry_out(planner: Planner, task: Task) -> Any:
     planner
         The plan.
     task
-        ("root", id, draws that are not to be taken) or ("family", id, draft of it).
+        ("root", id, draws that are not to be taken) or ("family", id, its `Choice`).
 
     Returns
     -------
@@ -301,27 +321,29 @@ def choose_root(
 ) -> tuple[Choice, dict[str, Findings]]:
     """A seed as it is, or the first candidate for a parent that passes."""
     if sample.is_of_seed_family:
-        choice = Choice(templates.seed(sample), 0, ())
+        choice = templates.seed(sample)
     else:
         choice = templates.parent(sample, not_draws)
     return choice, templates.screen.take()
 
 
-def plan_family(templates: Templates, root: Draft) -> Family:
+def plan_family(templates: Templates, root: Choice) -> Family:
     """All rows of a family."""
     profile = templates.profile
-    choices = list(templates.children(root))
-    drafts = [root, *(choice.draft for choice in choices)]
-    rows = [row_of(draft, profile) for draft in drafts]
-    by_id = {str(draft.id): draft for draft in drafts}
-    for sample in profile.family(root.id)[len(drafts) :]:
-        origin = by_id[sample.template]
-        rows.append(row_of(candidates.perturbation(profile, origin, sample), profile))
-    rejected = [reason for choice in choices for reason in choice.rejected]
+    children = list(templates.children(root.draft))
+    rows, origins = [], {}
+    for choice in (root, *children):
+        origins[str(choice.draft.id)] = choice.draft
+        motion = choice.findings.motion if choice.findings else None
+        rows.append(row_of(choice.draft, profile, motion))
+    for sample in profile.family(root.draft.id)[len(rows) :]:
+        draft = candidates.perturbation(profile, origins[sample.template], sample)
+        rows.append(row_of(draft, profile))
+    rejected = [reason for choice in children for reason in choice.rejected]
     return Family(rows, rejected, templates.screen.take())
 
 
-def row_of(draft: Draft, profile: Profile) -> ManifestRow:
+def row_of(draft: Draft, profile: Profile, motion: float | None = None) -> ManifestRow:
     """Row of the manifest."""
     text = draft.kept.to_yaml()
     materials = sorted(draft.kept.materials)
@@ -338,6 +360,7 @@ def row_of(draft: Draft, profile: Profile) -> ManifestRow:
         object_types=tuple(sorted({o.object_type for o in draft.kept.objects})),
         num_objects=len(draft.kept.objects),
         num_materials=len(materials),
+        motion=motion,
         scene_sha256=text_sha256(text),
         program_sha256=text_sha256(link(draft.kept)),
     )

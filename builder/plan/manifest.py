@@ -48,6 +48,9 @@ class ManifestRow:
         Distinct constitutive models and object types of the scene, sorted.
     num_objects, num_materials
         How many objects and distinct materials the scene has.
+    motion
+        Part of the foreground that changes in a second after the prefix, by a trial,
+        see `measures.motion`; None if it has not been tried.
     scene_sha256, program_sha256
         SHA-256 of the scene text and of the program text that implements it.
     """
@@ -64,6 +67,7 @@ class ManifestRow:
     object_types: tuple[str, ...]
     num_objects: int
     num_materials: int
+    motion: float | None
     scene_sha256: str
     program_sha256: str
 
@@ -72,10 +76,11 @@ _WORDS = pa.list_(pa.string())
 _ARROW: Final = {"seeds": _WORDS, "materials": _WORDS, "object_types": _WORDS} | {
     "num_objects": pa.int32(),
     "num_materials": pa.int32(),
+    "motion": pa.float64(),
 }
 SCHEMA: Final = pa.schema(
     [
-        pa.field(f.name, _ARROW.get(f.name, pa.string()), nullable=False)
+        pa.field(f.name, _ARROW.get(f.name, pa.string()), nullable=f.name == "motion")
         for f in fields(ManifestRow)
     ]
 )

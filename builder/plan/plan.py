@@ -220,7 +220,7 @@ def _plan_families(work: _Work, choices: Sequence[Choice]) -> list[Family]:
         if part.with_suffix(".json").exists():
             families[str(choice.draft.id)] = _read_part(part)
         else:
-            missing.append((choice.draft.id, choice.draft))
+            missing.append((choice.draft.id, choice))
             places[choice.draft.id] = part
     total = len(sample_ids(work.profile))
     with tqdm(total=total, desc="families", unit="scene") as bar:

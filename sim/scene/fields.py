@@ -65,6 +65,13 @@ class Part(BaseModel):
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False
     )
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Refuse a number without a kind: edits would leave it out."""
+        for name, field in cls.model_fields.items():
+            if field.annotation in NUMBERS and kind_of(cls, name) is None:
+                raise TypeError(f"{cls.__name__}.{name} is a number without a kind")
+
 
 def about(
     tag: Tag, text: str, unit: str = "", *, kind: str | None = None, **rule: Any
@@ -124,6 +131,7 @@ Vec2 = Annotated[tuple[float, float], BeforeValidator(_pair)]
 Points = Annotated[
     tuple[Vec2, ...], BeforeValidator(_pair), Field(min_length=3, max_length=24)
 ]
+NUMBERS = (float, int, tuple[float, float], tuple[Vec2, ...])  # as fields have them
 Color = Annotated[str, Field(pattern="^#[0-9A-Fa-f]{6}$"), AfterValidator(_exact)]
 
 

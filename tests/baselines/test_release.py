@@ -43,6 +43,7 @@ def sample(number, sample_id):
         object_types=("dynamic_body",),
         num_objects=1,
         num_materials=min(number + 1, 2),
+        motion=None,
         scene_sha256=text_sha256(scene),
         program_sha256=text_sha256(program),
     )

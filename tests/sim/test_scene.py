@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mpmworlds.builder.seeds import load_seeds
-from mpmworlds.sim.scene.fields import Part, tag_of
+from mpmworlds.sim.scene.fields import Part, about, tag_of
 from mpmworlds.sim.scene.palette import PALETTE
 from mpmworlds.sim.scene.scene import Scene, SceneError, json_schema
 from tests.sim.scenes import scene_data, scenes
@@ -247,6 +247,16 @@ def test_a_field_without_a_tag_is_a_programming_error():
 
     with pytest.raises(TypeError, match=r"Untagged\.mass carries no tag"):
         tag_of(Untagged, "mass")
+
+
+def test_a_number_without_a_kind_is_a_programming_error():
+    with pytest.raises(TypeError, match=r"Kindless\.mass is a number without a kind"):
+
+        class Kindless(Part):
+            mass: float = about("neutral", "mass", "kg")
+
+    with pytest.raises(TypeError, match="kind = 'weight', must be one of position, "):
+        about("neutral", "mass", "kg", kind="weight")
 
 
 def test_json_schema_accepts_valid_scenes():

@@ -252,6 +252,7 @@ def _collect(
 def _acceptor(options: argparse.Namespace) -> Any:
     """What says why a valid scene is turned down."""
     from mpmworlds.builder.plan.families import Screen
+    from mpmworlds.builder.plan.screen import fault
     from mpmworlds.builder.plan.trials import append_journal, read_journal
 
     if not options.screen:
@@ -260,7 +261,7 @@ def _acceptor(options: argparse.Namespace) -> Any:
     screen = Screen(read_journal(journal))
 
     def accept(scene: Any) -> str | None:
-        reason = screen.fault(scene)
+        reason = fault(screen.findings(scene))
         if screen.new:
             append_journal(journal, screen.new)
             screen.take()

@@ -154,13 +154,14 @@ def test_only_what_the_profile_says_is_tried(root, kinds):
     screen = Screen(Known(PASSES))
     name = ("none", "parents", "templates")[len(kinds)]
     found = Templates(dataclasses.replace(PROFILE, screen=name), screen)
-    drafts = [found.seed(SEED), found.parent(SAMPLE, ()).draft]
+    drafts = [found.seed(SEED).draft, found.parent(SAMPLE, ()).draft]
     drafts += [choice.draft for choice in found.children(root)]
-    assert screen.asked == {draft.key for draft in drafts if draft.kind in kinds}
+    tried = {"seed", *kinds} if kinds else set()
+    assert screen.asked == {draft.key for draft in drafts if draft.kind in tried}
 
 
 def test_a_seed_is_a_template_as_it_is():
-    draft = chosen(Screen({})).seed(SEED)
+    draft = chosen(Screen(Known(STATIC))).seed(SEED).draft
     assert (draft.kind, draft.seeds) == ("seed", ("s02_sand_funnel",))
     assert draft.full == load_seeds()["s02_sand_funnel"]
 
@@ -176,8 +177,8 @@ def test_parents_of_a_batch_are_composed_of_its_seeds_only():
 def test_a_screen_hands_over_what_was_asked_for_once(drafts):
     one, other = list(drafts.values())[:2]
     screen = Screen({one.key: STATIC, other.key: PASSES, "not asked for": PASSES})
-    assert screen.fault(one.full) == "static"
-    assert screen.fault(other.full) is None
+    assert screen.findings(one.full) == STATIC
+    assert screen.findings(other.full) == PASSES
     assert screen.take() == {one.key: STATIC, other.key: PASSES}
     assert screen.take() == {}
 
@@ -191,9 +192,9 @@ def test_a_trial_that_is_not_known_is_run_once(drafts, monkeypatch):
 
     monkeypatch.setattr(templates, "try_out", try_out)
     screen, draft = Screen({}), next(iter(drafts.values()))
-    assert [screen.fault(draft.full), screen.fault(draft.full)] == ["static", "static"]
+    assert screen.findings(draft.full) == screen.findings(draft.full) == STATIC
     assert screen.take() == {draft.key: STATIC}
-    assert screen.fault(draft.full) == "static"
+    assert screen.findings(draft.full) == STATIC
     assert run == [draft.full]
 
 

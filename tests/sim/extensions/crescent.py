@@ -19,8 +19,12 @@ class Crescent(Turned):
     """A disc without the part of it in a disc of the same size, further along x."""
 
     type: Literal["crescent"] = about("neutral", "kind of shape")
-    radius: float = about("neutral", "radius of both discs", "m", gt=0.0, le=0.5)
-    offset: float = about("neutral", "distance of their centers", "m", gt=0.0, le=0.5)
+    radius: float = about(
+        "neutral", "radius of both discs", "m", gt=0.0, le=0.5, kind="length"
+    )
+    offset: float = about(
+        "neutral", "distance of their centers", "m", gt=0.0, le=0.5, kind="length"
+    )
 
     def numbers(self) -> tuple[float, ...]:
         """Radius and offset."""

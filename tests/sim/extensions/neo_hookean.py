@@ -23,7 +23,13 @@ class NeoHookean(Solid):
 
     constitutive_model: Literal["neo_hookean"] = about("material", "constitutive model")
     damping: float = about(
-        "material", "Kelvin-Voigt viscosity", "Pa s", default=0.0, ge=0.0, le=1e4
+        "material",
+        "Kelvin-Voigt viscosity",
+        "Pa s",
+        default=0.0,
+        ge=0.0,
+        le=1e4,
+        kind="viscosity",
     )
 
     def kinematic_viscosity(self) -> float:

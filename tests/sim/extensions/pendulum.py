@@ -21,8 +21,12 @@ class Pendulum(Motion):
     """
 
     type: Literal["pendulum"] = about("neutral", "kind of motion")
-    length: float = about("neutral", "from pivot to center", "m", gt=0.0, le=1.0)
-    swing_deg: float = about("neutral", "largest angle", "deg", ge=-45.0, le=45.0)
+    length: float = about(
+        "neutral", "from pivot to center", "m", gt=0.0, le=1.0, kind="length"
+    )
+    swing_deg: float = about(
+        "neutral", "largest angle", "deg", ge=-45.0, le=45.0, kind="swing"
+    )
 
     def row(self) -> tuple[str, Numbers]:
         """Length, rate and largest angle."""
