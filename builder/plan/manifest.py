@@ -49,8 +49,12 @@ class ManifestRow:
     num_objects, num_materials
         How many objects and distinct materials the scene has.
     motion
-        Part of the foreground that changes in a second after the prefix, by a trial,
-        see `measures.motion`; None if it has not been tried.
+        Part of the foreground that changes in a second after the prefix, see
+        `measures.motion`: by a full run for the samples to evaluate on, by a trial for
+        other templates, else None.
+    ceiling_mask_iou
+        Mask IoU of the continuation with those of runs that start from places which
+        differ by nothing that can be known; None where it has not been measured.
     scene_sha256, program_sha256
         SHA-256 of the scene text and of the program text that implements it.
     """
@@ -68,6 +72,7 @@ class ManifestRow:
     num_objects: int
     num_materials: int
     motion: float | None
+    ceiling_mask_iou: float | None
     scene_sha256: str
     program_sha256: str
 
@@ -77,10 +82,12 @@ _ARROW: Final = {"seeds": _WORDS, "materials": _WORDS, "object_types": _WORDS} |
     "num_objects": pa.int32(),
     "num_materials": pa.int32(),
     "motion": pa.float64(),
+    "ceiling_mask_iou": pa.float64(),
 }
+_NULLABLE: Final = ("motion", "ceiling_mask_iou")
 SCHEMA: Final = pa.schema(
     [
-        pa.field(f.name, _ARROW.get(f.name, pa.string()), nullable=f.name == "motion")
+        pa.field(f.name, _ARROW.get(f.name, pa.string()), nullable=f.name in _NULLABLE)
         for f in fields(ManifestRow)
     ]
 )

@@ -27,6 +27,7 @@ class Column:
 
 _TEXT: Final = Value("string")
 _NUMBER: Final = Value("int32")
+_MEASURE: Final = Value("float64")
 
 RECIPE_COLUMNS: Final = (
     Column("id", _TEXT, "stable name that says the lineage, e.g. `p0123-c4-n07`"),
@@ -41,6 +42,19 @@ RECIPE_COLUMNS: Final = (
     Column("object_types", List(_TEXT), "distinct object types, sorted"),
     Column("num_objects", _NUMBER, "number of objects"),
     Column("num_materials", _NUMBER, "number of distinct materials"),
+    Column(
+        "motion",
+        _MEASURE,
+        "part of the foreground that changes in a second of the continuation, median "
+        "over time: by a full run for the evaluation lists, by a short trial for other "
+        "templates, else null",
+    ),
+    Column(
+        "ceiling_mask_iou",
+        _MEASURE,
+        "mask IoU of the continuation with those of three runs from places displaced "
+        "by 1e-6; for the evaluation lists, else null",
+    ),
     Column("scene_sha256", _TEXT, "SHA-256 of the scene text"),
     Column("program_sha256", _TEXT, "SHA-256 of the program text"),
 )

@@ -27,7 +27,7 @@ PROFILE = Profile.from_params(
 )
 PINNED = {
     "full.parquet": (
-        "17ccfc4a41ebfbe1da9b7b91dccc614e6b22575c832d263eb2f330af8918677e"
+        "c1c6c06d27500462d55f17d3af67938c091b2f4246500d09d5422077bfc5fe9d"
     ),
     "full.rejected.json": (
         "3770b48b086e73b9481277c0fe55c4d71bf5af52e0eb1692548b446e06afb4ef"
