@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from mpmworlds.builder.plan.screen import (
     fastest_explained,
     fault,
     findings,
+    in_doubt,
     measured,
     try_out,
 )
@@ -52,7 +54,6 @@ def test_a_trial_at_every_bound_passes():
     ("finding", "reason"),
     [
         ({"status": "timeout"}, "timeout"),
-        ({"status": "too_small"}, "too_small"),
         ({"lost": 1}, "not_finite_or_outside"),
         ({"matter": LEAST_MATTER - 1}, "blank"),
         ({"speed": 1.001}, "exploding"),
@@ -110,11 +111,11 @@ def still(count=20):
 def test_a_run_without_states_shows_only_how_it_ended():
     scene = Scene.from_data(scene_data())
     for status in ("crash", "no_states"):
-        assert findings(scene, Outcome(status, BLACK, 1.0, "")) == Findings(status)
+        assert findings(scene, Outcome(status, BLACK, 1.0, "")) == Findings(status, 32)
 
 
 def test_matter_at_rest_shows_nothing_but_itself():
-    assert found(states_of(still())) == Findings("ok", matter=20)
+    assert found(states_of(still())) == Findings("ok", 32, matter=20)
 
 
 def test_matter_counts_at_the_end_of_the_prefix():
@@ -184,7 +185,7 @@ def test_trouble_of_the_machine_is_not_taken_for_one_of_the_scene(status):
 
 def test_a_program_that_always_crashes_is_at_fault_but_one_that_is_slow_is_not():
     scene = Scene.from_data(scene_data(BODY))
-    assert try_out(scene, Fails("crash", ATTEMPTS)) == Findings("crash")
+    assert try_out(scene, Fails("crash", ATTEMPTS)) == Findings("crash", 32)
     with pytest.raises(RuntimeError, match=r"within 120 s, 3 times; run the command"):
         try_out(scene, Fails("timeout", ATTEMPTS))
 
@@ -253,15 +254,65 @@ def warm():
         yield warm
 
 
-def test_a_scene_without_enough_particles_at_the_cells_of_a_trial_is_too_small():
-    data = scene_data(BODY)
-    data["simulation"] |= {"grid_resolution": 256, "time_step_dt": 5e-5}
-    data["objects"][0]["shape"] = {
-        "type": "circle",
-        "center": [0.5, 0.5],
-        "radius": 0.012,
-    }
-    assert try_out(Scene.from_data(data), warm=None) == Findings("too_small")
+class Counts:
+    """A warm start that counts the cells of the programs it is given."""
+
+    def __init__(self):
+        self.cells, self.track = [], Fails("ok", 0).track
+
+    def run(self, program, frames, timeout, *, pictures):
+        self.cells.append(int(re.search(r"GRID.* = (\d+)", program)[1]))
+        return Outcome("ok", BLACK, 1.0, "", self.track)
+
+
+def fine(*things, **shape):
+    """A scene of 128 cells, whose first object is of a shape if one is given."""
+    data = scene_data(*things)
+    data["simulation"] |= {"grid_resolution": 128, "time_step_dt": 1e-4}
+    data["objects"][0] = data["objects"][0] | ({"shape": shape} if shape else {})
+    return Scene.from_data(data)
+
+
+def test_a_scene_without_enough_particles_for_a_small_trial_is_tried_at_full_size():
+    speck = {"type": "circle", "center": [0.5, 0.5], "radius": 0.012}
+    warm = Counts()
+    assert try_out(fine(BODY, **speck), warm).cells == 128
+    assert warm.cells == [128]
+
+
+def test_what_is_at_rest_for_sure_is_tried_once():
+    warm = Counts()
+    found = try_out(fine(BODY), warm)
+    assert (found.cells, warm.cells) == (64, [64])
+
+
+def test_a_material_that_depends_on_the_grid_is_tried_at_full_size():
+    matter = BODY["physics_properties"] | {"constitutive_model": "elastic_fem"}
+    warm = Counts()
+    assert try_out(fine(BODY | {"physics_properties": matter}), warm).cells == 128
+    assert warm.cells == [64, 128]
+
+
+@pytest.mark.parametrize(
+    ("finding", "doubt"),
+    [
+        ({}, False),
+        ({"status": "crash", "later": 0.004}, False),
+        ({"later": 0.004 * 2.9}, True),
+        ({"later": 0.004 / 2.9}, True),
+        ({"later": 0.004 / 3.1}, False),
+        ({"motion": 0.1}, True),
+        ({"travel": 0.03}, True),
+        ({"speed": 0.8}, True),
+        ({"speed": 1.6}, False),
+        ({"depth": 0.7}, True),
+        ({"crowded": 0.03}, True),
+    ],
+)
+def test_a_trial_near_a_limit_is_in_doubt(finding, doubt):
+    clear = Findings("ok", 64, matter=99, travel=0.5, later=0.2, motion=0.5)
+    found = dataclasses.replace(clear, **finding)
+    assert in_doubt(Scene.from_data(scene_data(BODY)), found) is doubt
 
 
 @pytest.mark.slow
@@ -274,7 +325,7 @@ def test_a_falling_body_passes_and_shows_the_same_at_every_trial(warm):
     assert shown == try_out(scene, warm)
     assert shown.status == "ok"
     assert shown.lost == 0
-    assert shown.matter > 400
+    assert shown.matter > 100
     assert shown.travel > 0.1
     assert 0.1 < shown.speed < 1.0
     assert scene == before

@@ -16,7 +16,7 @@ from mpmworlds.builder.plan.trials import (
 from mpmworlds.files.disk import DiskFullError
 
 FOUND = {
-    "b": Findings("ok", 912, 0, 0.1234, 1.5e-05, 0.71, 0.25),
+    "b": Findings("ok", 64, 912, 0, 0.1234, 1.5e-05, 0.71, 0.25),
     "a": Findings("timeout"),
     "c": Findings("ok", matter=1, lost=3, travel=float("inf")),
 }
