@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from mpmworlds.splits.assign import SPLITS, SplitParams, assign
 from mpmworlds.splits.ids import KINDS, SampleId
-from mpmworlds.splits.sample import weighted_sample
+from mpmworlds.splits.sample import weighted_order, weighted_sample
 
 EVALUATION: Final = {
     "test": "evaluation_test",
@@ -119,8 +119,24 @@ class ListParams:
             _check_counts(f"lists subsets: {name}", counts, SPLITS)
 
 
+def evaluation_order(
+    ids: Iterable[str], splits: SplitParams, lists: ListParams
+) -> dict[str, list[str]]:
+    """Samples of each split that has an evaluation list, as the list takes them."""
+    members = assign(ids, splits)
+    return {
+        split: weighted_order(
+            members[split], dict.fromkeys(members[split], 1.0), lists.salt
+        )
+        for split in EVALUATION
+    }
+
+
 def compute_lists(
-    ids: Iterable[str], splits: SplitParams, lists: ListParams | None = None
+    ids: Iterable[str],
+    splits: SplitParams,
+    lists: ListParams | None = None,
+    passed_over: Collection[str] = (),
 ) -> dict[str, list[str]]:
     """Return every list of a corpus: the splits, then what is chosen from them.
 
@@ -132,6 +148,8 @@ def compute_lists(
         Salt and fractions of the splits.
     lists
         What to choose; the splits alone if None.
+    passed_over
+        Ids that are not worth evaluating on.
 
     Returns
     -------
@@ -148,14 +166,15 @@ def compute_lists(
     members = assign(ids, splits)
     if lists is None:
         return members
-    chosen = dict(members)
+    chosen, worth = dict(members), {}
     for split, name in EVALUATION.items():
         n = lists.evaluation.get(split, 0)
-        chosen[name] = _choose(name, members[split], split, n, lists)
+        worth[split] = [name for name in members[split] if name not in passed_over]
+        chosen[name] = _choose(name, worth[split], split, n, lists)
     for subset, counts in lists.subsets.items():
         parts = {
             split: _choose(
-                f"{subset}_{split}", members[split], split, counts.get(split, 0), lists
+                f"{subset}_{split}", worth[split], split, counts.get(split, 0), lists
             )
             for split in EVALUATION
         }

@@ -104,8 +104,12 @@ def check(
     FileNotFoundError
         If SHA256SUMS is missing.
     """
+    return differences(directory, compute_lists(ids, params, lists))
+
+
+def differences(directory: Path, expected: Mapping[str, Sequence[str]]) -> list[str]:
+    """Compare recorded lists with those that they must be; see `check`."""
     recorded, problems = _read(directory)
-    expected = compute_lists(ids, params, lists)
     for name in expected:
         if name not in recorded:
             problems.append(f"{directory / CHECKSUMS}: does not name {name}.txt")

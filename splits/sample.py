@@ -42,6 +42,19 @@ def weighted_sample(
         If an id repeats, a weight is missing or invalid, or fewer than n ids have a
         positive weight.
     """
+    found = weighted_order(ids, weights, salt)
+    if not 0 <= n <= len(found):
+        raise ValueError(
+            f"sample of n = {n}, must be in [0, {len(found)}] "
+            "(the number of ids with a positive weight)"
+        )
+    return sorted(found[:n])
+
+
+def weighted_order(
+    ids: Iterable[str], weights: Mapping[str, float], salt: str
+) -> list[str]:
+    """All ids of positive weight in the order in which `weighted_sample` takes them."""
     keys: dict[str, float] = {}
     for name in ids:
         if name in keys:
@@ -53,10 +66,4 @@ def weighted_sample(
             raise ValueError(f"id {name!r}: weight {weight}, must be finite and >= 0")
         exponential = -math.log(draw(salt, "sample", name))
         keys[name] = exponential / weight if weight else math.inf
-    candidates = sorted((key, name) for name, key in keys.items() if key < math.inf)
-    if not 0 <= n <= len(candidates):
-        raise ValueError(
-            f"sample of n = {n}, must be in [0, {len(candidates)}] "
-            "(the number of ids with a positive weight)"
-        )
-    return sorted(name for _, name in candidates[:n])
+    return [name for _, name in sorted((k, n) for n, k in keys.items() if k < math.inf)]

@@ -22,8 +22,8 @@ from mpmworlds.sim.run.encode import decode_mp4, frames_sha256
 from mpmworlds.sim.scene.scale import rescale
 
 VERBS = (
-    *("schema", "link", "run", "plan", "splits", "materialise", "build", "propose"),
-    *("stats", "audit", "verify", "evaluate"),
+    *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
+    *("propose", "stats", "audit", "verify", "evaluate"),
 )
 
 

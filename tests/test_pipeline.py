@@ -137,7 +137,11 @@ def test_plans_depend_on_all_that_a_profile_says_of_them():
     profiles = yaml.safe_load((ROOT / "params.yaml").read_text())["profiles"]
     for stage, name in (("plan", "tiny"), ("plan-full", "full")):
         keys = [key for key in profiles[name] if key not in NOT_PLANNED]
-        expected = {"root_seed", *(f"profiles.{name}.{key}" for key in keys)}
+        expected = {
+            "root_seed",
+            "tables.v1",
+            *(f"profiles.{name}.{key}" for key in keys),
+        }
         assert set(stages[stage]["params"]) == expected
 
 
@@ -156,7 +160,9 @@ def test_recorded_lists_and_hashes_are_those_of_the_plan(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_change_reruns_the_stages_that_it_touches_and_no_other(checkout, small):
-    (checkout.folder / "params.yaml").write_text(yaml.safe_dump(PARAMS))
+    tables = yaml.safe_load((ROOT / "params.yaml").read_text())["tables"]
+    params = PARAMS | {"tables": tables}
+    (checkout.folder / "params.yaml").write_text(yaml.safe_dump(params))
     shutil.copytree(small.store, checkout.folder / "work/store")  # rendered already
     assert checkout.repro() == STAGES
     assert list((checkout.folder / "metrics").glob("__pycache__/*.pyc"))

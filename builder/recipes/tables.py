@@ -141,7 +141,7 @@ def read_tables(data: Any, version: str) -> Tables:
 def packaged() -> dict[str, Any]:
     """Tables of the package's own ``params.yaml``, by version."""
     text = files("mpmworlds").joinpath("params.yaml").read_text("utf-8")
-    found: dict[str, Any] = yaml.safe_load(text)["tables"]
+    found: dict[str, Any] = yaml.safe_load(text).get("tables") or {}
     return found
 
 

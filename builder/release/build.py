@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+from mpmworlds.builder.plan.evaluation import Measured, with_measured
 from mpmworlds.builder.plan.manifest import ManifestRow, read_manifest
 from mpmworlds.builder.release.card import ConfigSize, card_text
 from mpmworlds.builder.release.mpmworlds import MPMWorlds
@@ -64,6 +65,7 @@ def build_release(
     *,
     version: str,
     lists: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    measured: Collection[Measured] = (),
     rows_per_shard: int = 1000,
     workers: int = 1,
 ) -> list[PlannedShard]:
@@ -86,6 +88,8 @@ def build_release(
     lists
         Name -> ids of lists to publish beside those of the splits, such as the samples
         to evaluate on.
+    measured
+        What full runs of evaluation samples showed, which goes into their rows.
     rows_per_shard
         Most rows in a file.
     workers
@@ -105,7 +109,7 @@ def build_release(
     DiskFullError
         If the disk is full. Nothing half-written stays behind.
     """
-    rows = read_manifest(manifest_path)
+    rows = with_measured(read_manifest(manifest_path), measured)
     _check_splits(rows)
     plan = plan_shards(rows, configs, rows_per_shard)
     out_dir.parent.mkdir(parents=True, exist_ok=True)

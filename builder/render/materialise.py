@@ -11,20 +11,23 @@ import resource
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from itertools import chain, count
 from pathlib import Path
 from typing import Final, Generic, Protocol, TypeVar
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.builder.plan.manifest import ManifestRow
-from mpmworlds.builder.render.executors import Executor, Lost
-from mpmworlds.builder.render.render import Failed, Rendered
+from mpmworlds.builder.render.executors import Executor, Lost, open_executor
+from mpmworlds.builder.render.render import Failed, Rendered, render_row
 from mpmworlds.builder.render.store import Store, renderer
 from mpmworlds.builder.render.timings import Timing, append_line, append_timing
 from mpmworlds.files.atomic import write_atomically
-from mpmworlds.files.locks import Hold
+from mpmworlds.files.locks import Hold, hold
 
+FAILURES: Final = "failures.jsonl"
 ATTEMPTS: Final = 3  # starts of a sample whose process is killed
 POLL: Final = 0.5  # seconds between looks at what another run is rendering
 
@@ -89,10 +92,10 @@ class Materialised:
 
     def failures_by_kind(self) -> dict[str, list[Failure]]:
         """Group the failures, the most frequent kind first."""
-        count = Counter(failure.kind for failure in self.failures)
+        counted = Counter(failure.kind for failure in self.failures)
         return {
             kind: [failure for failure in self.failures if failure.kind == kind]
-            for kind, _ in count.most_common()
+            for kind, _ in counted.most_common()
         }
 
     def summary(self) -> dict[str, object]:
@@ -158,6 +161,59 @@ def materialise(
         seconds=time.monotonic() - start,
         bytes=sum(t.bytes for t in timings),
     )
+
+
+def render_rows(
+    rows: Sequence[ManifestRow],
+    store: Store,
+    *,
+    workers: int = 0,
+    ray: str | None = None,
+    failures: Path | None = None,
+) -> tuple[Materialised, Path]:
+    """Render rows of a manifest that the store lacks.
+
+    Parameters
+    ----------
+    rows, store
+        What, and where to.
+    workers, ray
+        Where the work is done, see `mpmworlds.builder.render.executors.open_executor`.
+    failures
+        File of the samples that failed; by default one in the store that no other run
+        writes to.
+
+    Returns
+    -------
+    Materialised
+        What became of them.
+    Path
+        The file of the failures.
+
+    Raises
+    ------
+    ValueError
+        If another run writes to the file that is named; see `materialise` for others.
+    """
+    with (
+        failures_file(store.root, failures) as path,
+        open_executor(render_row, workers, ray) as executor,
+    ):
+        return materialise(rows, store, path, executor), path
+
+
+@contextmanager
+def failures_file(folder: Path, named: Path | None = None) -> Iterator[Path]:
+    """A file that no other run writes its failures to; raises `ValueError`."""
+    numbered = (folder / f"failures-{number}.jsonl" for number in count(2))
+    for path in (named,) if named else chain((folder / FAILURES,), numbered):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock = hold(path.with_name(f".{path.name}.lock"))
+        if lock is not None:
+            with lock:
+                yield path
+            return
+    raise ValueError(f"--failures {named}: another run writes it; name another file")
 
 
 class _Reused:

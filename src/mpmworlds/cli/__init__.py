@@ -20,6 +20,7 @@ VERBS = (
     scenes.add_link,
     scenes.add_run,
     corpus.add_plan,
+    corpus.add_measure,
     corpus.add_splits,
     materialise.add_materialise,
     corpus.add_build,

@@ -1,7 +1,7 @@
 """Verbs about a corpus: plan, splits, build."""
 
 import argparse
-from contextlib import suppress
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +9,14 @@ from mpmworlds.cli.common import (
     DOES_NOT_HOLD,
     DONE,
     add_corpus_options,
+    add_measured,
     add_ray,
     add_workers,
-    named_lists,
-    named_profile,
-    named_subset,
     new_verb,
-    read_params,
+    parameters,
     say,
-    setting,
 )
-from mpmworlds.cli.materialise import render_rows
+from mpmworlds.cli.materialise import tell
 
 
 def add_plan(verbs: Any) -> None:
@@ -50,7 +47,7 @@ def plan(options: argparse.Namespace) -> int:
     from mpmworlds.builder.plan.trials import RECORDED, write_recorded
 
     done = write_plan(
-        named_profile(options),
+        parameters(options).profile(options.config),
         options.out,
         workers=options.workers,
         ray=options.ray,
@@ -62,6 +59,42 @@ def plan(options: argparse.Namespace) -> int:
         counts = ", ".join(f"{reason} {n}" for reason, n in reasons.items())
         say(f"candidates for {kind} rejected: {counts or 'none'}")
     print(f"{options.out}: {len(done.rows)} scenes")
+    return DONE
+
+
+def add_measure(verbs: Any) -> None:
+    """Add the verb `measure`."""
+    parser = new_verb(
+        verbs,
+        measure,
+        "run the samples to evaluate on in full: those that hardly move after the "
+        "prefix, or are mere chaos, are passed over by the lists",
+        "mpmworlds measure --config full --out measured.parquet",
+    )
+    add_corpus_options(parser, store=False, default="full")
+    parser.add_argument("--manifest", type=Path, help="default: the recorded one")
+    parser.add_argument("--out", type=Path, required=True, help="table to write")
+    add_workers(parser)
+    add_ray(parser)
+
+
+def measure(options: argparse.Namespace) -> int:
+    """Measure the samples of the evaluation lists."""
+    from mpmworlds.builder.plan.evaluation import measure_lists
+    from mpmworlds.builder.plan.manifest import read_manifest, recorded_manifest
+
+    params = parameters(options)
+    found = measure_lists(
+        read_manifest(options.manifest or recorded_manifest(options.config)),
+        params.profile(options.config).split,
+        params.list_params(options.config),
+        options.out,
+        workers=options.workers,
+        ray=options.ray,
+    )
+    faults = Counter(m.fault for m in found if m.fault)
+    told = ", ".join(f"{n} {fault}" for fault, n in sorted(faults.items()))
+    print(f"{options.out}: {len(found)} samples, passed over: {told or 'none'}")
     return DONE
 
 
@@ -80,6 +113,7 @@ def add_splits(verbs: Any) -> None:
         type=Path,
         help="folder of the lists (default, with --check: those in the package)",
     )
+    add_measured(parser)
     parser.add_argument(
         "--check", action="store_true", help="recompute and compare, write nothing"
     )
@@ -89,21 +123,21 @@ def splits(options: argparse.Namespace) -> int:
     """Record or check the lists of a corpus."""
     from mpmworlds.builder.plan.manifest import read_table
     from mpmworlds.builder.plan.profile import sample_ids
-    from mpmworlds.splits.lists import compute_lists
-    from mpmworlds.splits.manifest import check, read_lists, write_lists
+    from mpmworlds.splits.manifest import differences, read_lists, write_lists
 
-    profile, lists = named_profile(options), named_lists(options)
+    params = parameters(options)
+    profile = params.profile(options.config)
     folder = options.dir or _recorded_lists(options)
     if options.manifest:
         ids = read_table(options.manifest, ["id"])["id"].to_pylist()
     else:
         ids = sample_ids(profile)
+    computed = params.lists_of(options.config, ids)
     if options.check:
-        differences = check(folder, ids, profile.split, lists)
-        sizes = "" if differences else f"{_sizes(read_lists(folder))}, as computed"
-        print("\n".join(differences) or f"{folder}: {sizes}")
-        return DOES_NOT_HOLD if differences else DONE
-    computed = compute_lists(ids, profile.split, lists)
+        wrong = differences(folder, computed)
+        sizes = "" if wrong else f"{_sizes(read_lists(folder))}, as computed"
+        print("\n".join(wrong) or f"{folder}: {sizes}")
+        return DOES_NOT_HOLD if wrong else DONE
     write_lists(folder, computed)
     print(f"{folder}: {_sizes(computed)}")
     return DONE
@@ -138,60 +172,26 @@ def add_build(verbs: Any) -> None:
     )
     add_corpus_options(parser, store=True)
     parser.add_argument("--manifest", type=Path, help="build from this plan")
+    add_measured(parser)
     parser.add_argument("--out", type=Path, required=True, help="folder of the release")
 
 
 def build(options: argparse.Namespace) -> int:
     """Build a release folder."""
-    from mpmworlds.builder.plan.manifest import read_manifest
-    from mpmworlds.builder.plan.profile import Profile
-    from mpmworlds.builder.release.build import build_release
+    from mpmworlds.builder.release.corpus import build_corpus
     from mpmworlds.builder.render.store import Store
-    from mpmworlds.splits.lists import ListParams, compute_lists
 
-    params, store = read_params(options), Store(options.store)
-    version = setting(params, "version", str)
-    profile, ids = named_subset(options)
-    planned = Profile.from_params(params, profile)
-    rows_per_shard = setting(
-        params["profiles"][profile], "rows_per_shard", int, f"profile {profile!r}: "
-    )
-    manifest = options.manifest or _manifest(options, profile)
-    rows = read_manifest(manifest)
-    lists = compute_lists(
-        [row.id for row in rows],
-        planned.split,
-        ListParams.from_params(params, profile),
-    )
-    rows = [row for row in rows if ids is None or row.id in ids]
-    if render_rows(rows, store, options.workers).failures:
-        say(f"{options.out}: not built, because scenes failed")
-        return DOES_NOT_HOLD
-    shards = build_release(
-        manifest,
-        store,
+    done, shards = build_corpus(
+        parameters(options),
+        options.config,
+        Store(options.store),
         options.out,
-        {options.config: ids},
-        version=version,
-        lists=lists,
-        rows_per_shard=rows_per_shard,
+        manifest=options.manifest,
         workers=options.workers,
     )
+    tell(done, options.store)
+    if shards is None:
+        say(f"{options.out}: not built, because scenes failed")
+        return DOES_NOT_HOLD
     print(f"{options.out}: {len(shards)} shards")
     return DONE
-
-
-def _manifest(options: argparse.Namespace, name: str) -> Path:
-    """The recorded manifest of a profile, or one that is planned now."""
-    from mpmworlds.builder.plan.manifest import recorded_manifest
-    from mpmworlds.builder.plan.plan import write_plan
-    from mpmworlds.builder.plan.profile import Profile
-    from mpmworlds.builder.plan.trials import RECORDED
-
-    if not options.params:  # else the recorded one is of other parameters
-        with suppress(LookupError):
-            return recorded_manifest(name)
-    path: Path = options.store / f"{name}.parquet"
-    profile = Profile.from_params(read_params(options), name)
-    write_plan(profile, path, workers=options.workers, trials=RECORDED)
-    return path

@@ -9,10 +9,8 @@ from typing import Any
 from mpmworlds.cli.common import (
     DOES_NOT_HOLD,
     DONE,
-    named_profile,
     new_verb,
-    read_params,
-    refuse_subset,
+    parameters,
     say,
 )
 
@@ -32,7 +30,7 @@ def _manifest(options: argparse.Namespace) -> Path:
     from mpmworlds.builder.plan.manifest import recorded_manifest
 
     if options.config:
-        refuse_subset(read_params(options), options.config)
+        parameters(options).refuse_subset(options.config)
     if options.manifest:
         return Path(options.manifest)
     if options.params:
@@ -129,7 +127,7 @@ def audit(options: argparse.Namespace) -> int:
         raise ValueError(
             "--config: is missing; name the profile whose splits the manifest has"
         )
-    params = named_profile(options).split
+    params = parameters(options).profile(options.config).split
     table = read_table(manifest, Record._fields)
     columns = [table[name].to_pylist() for name in Record._fields]
     near = NEAR if options.near is None else options.near

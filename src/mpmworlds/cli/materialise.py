@@ -3,9 +3,6 @@
 import argparse
 import json
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
-from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +11,12 @@ from mpmworlds.cli.common import (
     DONE,
     add_corpus_options,
     add_ray,
-    named_subset,
     new_verb,
+    parameters,
     read_text,
     say,
 )
 
-FAILURES = "failures.jsonl"
 SELECTION = ("split", "kind", "where", "sample", "limit")
 MORE = """
 A row is rendered if it satisfies all options of the selection.
@@ -69,8 +65,8 @@ def add_materialise(verbs: Any) -> None:
     parser.add_argument(
         "--failures",
         type=Path,
-        help=f"record failures here (default STORE/{FAILURES}, or failures-2.jsonl and "
-        "so on while another run writes that)",
+        help="record failures here (default STORE/failures.jsonl, or failures-2.jsonl "
+        "and so on while another run writes that)",
     )
     parser.add_argument(
         "--record", type=Path, help="write the hashes of all videos here (.jsonl)"
@@ -104,7 +100,7 @@ def _add_selection(group: Any) -> None:
 
 def materialise(options: argparse.Namespace) -> int:
     """Render what the store lacks."""
-    from mpmworlds.builder.render.materialise import write_record
+    from mpmworlds.builder.render.materialise import render_rows, write_record
     from mpmworlds.builder.render.store import Store
 
     rows, store = _read_rows(options), Store(options.store)
@@ -114,7 +110,14 @@ def materialise(options: argparse.Namespace) -> int:
         return DONE
     if options.dry_run:
         return _foretell(rows, chosen, store, options)
-    done = render_rows(chosen, store, options.workers, options.ray, options.failures)
+    done, path = render_rows(
+        chosen,
+        store,
+        workers=options.workers,
+        ray=options.ray,
+        failures=options.failures,
+    )
+    tell(done, options.store, path)
     if options.record and not done.failures:
         write_record(options.record, chosen, store)
     if options.json:
@@ -135,7 +138,7 @@ def _read_rows(options: argparse.Namespace) -> Any:
             "long that would take"
         )
     options.config = options.config or "full"
-    profile, ids = named_subset(options)
+    profile, ids = parameters(options).subset(options.config)
     if options.params and not options.manifest:
         raise ValueError(
             "--params: the recorded manifest is of other parameters; plan one with "
@@ -158,21 +161,10 @@ def _select(rows: Any, options: argparse.Namespace) -> Any:
     return chosen
 
 
-def render_rows(
-    rows: Any, store: Any, workers: int, ray: str | None = None, failures: Any = None
-) -> Any:
-    """Render what is missing and say what became of it."""
-    from mpmworlds.builder.render.executors import open_executor
-    from mpmworlds.builder.render.materialise import materialise as render
-    from mpmworlds.builder.render.render import render_row
-
-    with (
-        _failures_file(store.root, failures) as path,
-        open_executor(render_row, workers, ray) as executor,
-    ):
-        done = render(rows, store, path, executor)
+def tell(done: Any, store: Path, failures: Path | None = None) -> None:
+    """Say what became of samples."""
     say(
-        f"{store.root}: {done.rendered} rendered, {done.reused} there before, "
+        f"{store}: {done.rendered} rendered, {done.reused} there before, "
         f"{len(done.failures)} failed"
     )
     if done.rendered:
@@ -183,25 +175,8 @@ def render_rows(
         )
     for kind, found in done.failures_by_kind().items():
         say(f"{kind}: {len(found)} failed, such as {found[0].id}: {found[0].reason}")
-    if done.failures:
-        say(f"{path}: names them all")
-    return done
-
-
-@contextmanager
-def _failures_file(store: Path, named: Path | None) -> Iterator[Path]:
-    """A file that no other run writes its failures to."""
-    from mpmworlds.files.locks import hold
-
-    numbered = (store / f"failures-{number}.jsonl" for number in count(2))
-    for path in (named,) if named else chain((store / FAILURES,), numbered):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        lock = hold(path.with_name(f".{path.name}.lock"))
-        if lock is not None:
-            with lock:
-                yield path
-            return
-    raise ValueError(f"--failures {named}: another run writes it; name another file")
+    if done.failures and failures:
+        say(f"{failures}: names them all")
 
 
 def _foretell(rows: Any, chosen: Any, store: Any, options: argparse.Namespace) -> int:

@@ -12,10 +12,9 @@ from mpmworlds.cli.common import (
     DOES_NOT_HOLD,
     DONE,
     new_verb,
-    read_params,
+    parameters,
     read_text,
     say,
-    setting,
 )
 
 CANDIDATES_PER_SCENE = 10  # bounds a run whose candidates are all turned down
@@ -142,7 +141,7 @@ def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
         raise ValueError("--manifest: only with --parent ID; name a root, or drop it")
     how = Sampling(
         model_name(options.model),
-        setting(read_params(options), "root_seed", int),
+        parameters(options).root_seed,
         options.n,
         options.programs,
         options.temperature,

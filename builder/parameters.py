@@ -1,0 +1,150 @@
+"""The parameters of corpora: ``params.yaml``, of the package or of one's own."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from mpmworlds.builder.plan.evaluation import (
+    Measured,
+    passed_over,
+    read_measured,
+    recorded_measured,
+)
+from mpmworlds.builder.plan.profile import Profile, sample_ids
+from mpmworlds.splits.assign import SPLITS
+from mpmworlds.splits.lists import ListParams, compute_lists
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What is in a file of parameters.
+
+    Attributes
+    ----------
+    data
+        The file, with the mapping ``profiles``.
+    path
+        Where it was read from; None for the one that comes with the package.
+    measured
+        Table of what full runs of evaluation samples showed; that of the package by
+        default, if the parameters are its own.
+    """
+
+    data: dict[str, Any]
+    path: Path | None = None
+    measured: Path | None = None
+
+    @classmethod
+    def read(
+        cls, path: Path | None = None, measured: Path | None = None
+    ) -> "Parameters":
+        """Read a file, or the one that comes with the package.
+
+        Raises
+        ------
+        ValueError
+            If it is no such file.
+        """
+        place = path or Path(str(files("mpmworlds").joinpath("params.yaml")))
+        try:
+            data: Any = yaml.safe_load(place.read_text("utf-8"))
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{place}: is not UTF-8 text ({error.reason})") from None
+        except yaml.YAMLError as error:
+            raise ValueError(f"{place}: is not YAML ({error})") from None
+        profiles = data.get("profiles") if isinstance(data, dict) else None
+        if isinstance(profiles, dict):
+            if all(isinstance(profile, dict) for profile in profiles.values()):
+                return cls(data, path, measured)
+        raise ValueError(
+            f"{place}: must be a mapping with the key 'profiles', a mapping of names "
+            "to mappings"
+        )
+
+    @property
+    def version(self) -> str:
+        """Version of the data."""
+        return str(self._setting(self.data, "version", str))
+
+    @property
+    def root_seed(self) -> int:
+        """Seed of every random choice."""
+        return int(self._setting(self.data, "root_seed", int))
+
+    def rows_per_shard(self, config: str) -> int:
+        """Most rows in a file of a profile."""
+        where = f"profile {config!r}: "
+        profile = self.data["profiles"][config]
+        return int(self._setting(profile, "rows_per_shard", int, where))
+
+    def profile(self, config: str) -> Profile:
+        """What to plan.
+
+        Raises
+        ------
+        ValueError
+            If there is no such profile, it is wrong, or the name of a subset.
+        """
+        self.refuse_subset(config)
+        return Profile.from_params(self.data, config)
+
+    def refuse_subset(self, config: str) -> None:
+        """Refuse the name of a subset, where a profile is meant."""
+        if whole := self.whole_of(config):
+            raise ValueError(
+                f"--config {config}: is a subset of {whole!r}, which this verb takes "
+                f"as a whole; say --config {whole}"
+            )
+
+    def whole_of(self, config: str) -> str | None:
+        """Name of the profile that has a subset of this name, or None."""
+        if config in self.data["profiles"]:
+            return None
+        for name in sorted(self.data["profiles"]):
+            lists = ListParams.from_params(self.data, name)
+            if lists and config in lists.subsets:
+                return str(name)
+        return None
+
+    def list_params(self, config: str) -> ListParams:
+        """What the lists of a profile are; raises `ValueError` if it has none."""
+        found = ListParams.from_params(self.data, config)
+        if found is None:
+            raise ValueError(f"profile {config!r} has no lists to fill")
+        return found
+
+    def lists_of(self, config: str, ids: Iterable[str]) -> dict[str, list[str]]:
+        """Splits, evaluation lists and subsets of the ids of a profile."""
+        split = Profile.from_params(self.data, config).split
+        params = ListParams.from_params(self.data, config)
+        return compute_lists(ids, split, params, passed_over(self.measured_of(config)))
+
+    def subset(self, config: str) -> tuple[str, set[str] | None]:
+        """Profile and ids of a subset, or the profile that it is and no ids."""
+        whole = self.whole_of(config)
+        if whole is None:
+            return config, None
+        ids = sample_ids(Profile.from_params(self.data, whole))
+        chosen = self.lists_of(whole, ids)
+        parts = (chosen[f"{config}_{split}"] for split in SPLITS)
+        return whole, {sample for part in parts for sample in part}
+
+    def measured_of(self, config: str) -> list[Measured]:
+        """What full runs of the evaluation samples of a profile showed."""
+        if self.measured:
+            return read_measured(self.measured)
+        return [] if self.path else recorded_measured(config)
+
+    @staticmethod
+    def _setting(data: dict[str, Any], name: str, kind: type, where: str = "") -> Any:
+        value = data.get(name)
+        if not isinstance(value, kind):
+            raise ValueError(
+                f"params.yaml: {where}{name} = {value!r}, must be of type "
+                f"{kind.__name__}"
+            )
+        return value

@@ -1,0 +1,253 @@
+"""Samples worth evaluating on: those that move on, and are not mere chaos.
+
+The samples that a list would take are run in full, in the order in which it would take
+them, until it has as many as it wants. Which were passed over is recorded; with that, a
+list is a pure function of ids again.
+"""
+
+import io
+import json
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.parquet as pq
+from tqdm import tqdm  # type: ignore[import-untyped]
+
+from mpmworlds.builder.plan.manifest import ManifestRow
+from mpmworlds.builder.plan.measures import STRIDE, motion
+from mpmworlds.builder.plan.screen import LEAST, PREFIX
+from mpmworlds.builder.render.executors import carry_out_all, open_executor
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.journal import Journal
+from mpmworlds.metrics.mask_iou import mask_iou
+from mpmworlds.sim.program.link import link
+from mpmworlds.sim.run.displace import displaced
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scene import Scene
+from mpmworlds.splits.assign import SplitParams
+from mpmworlds.splits.lists import ListParams, evaluation_order
+
+LEAST_CEILING: Final = 0.5  # mask IoU of a sample with itself, displaced by a hair
+RERUNS: Final = 3
+
+Frames = npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What full runs of a sample showed.
+
+    Attributes
+    ----------
+    id, program_sha256
+        Which sample.
+    status
+        How the run ended, see `sim.run.run.Status`.
+    motion
+        Part of the foreground that changes in a second, see `measures.motion`, through
+        at least half of the continuation.
+    ceiling_mask_iou
+        Mean mask IoU of the continuation with those of `RERUNS` displaced runs; None
+        if the sample does not move enough to be run again.
+    """
+
+    id: str
+    program_sha256: str
+    status: str
+    motion: float = 0.0
+    ceiling_mask_iou: float | None = None
+
+    @property
+    def fault(self) -> str | None:
+        """Why it is passed over; None if it is not."""
+        if self.status != "ok":
+            return self.status
+        if self.motion < LEAST["motion"]:
+            return "hardly_moves"
+        if self.ceiling_mask_iou is None or self.ceiling_mask_iou < LEAST_CEILING:
+            return "chaotic"
+        return None
+
+
+def measure(row: ManifestRow) -> Measured:
+    """Run a sample in full and, if it moves, displaced."""
+    scene = Scene.from_yaml(row.scene, row.id)
+    program, rate = link(scene), scene.output.framerate
+    outcome = run(program)
+    found = Measured(row.id, row.program_sha256, outcome.status)
+    if outcome.status != "ok":
+        return found
+    prefix = round(PREFIX * rate)
+    shown = _packed(outcome.frames[prefix::STRIDE])
+    found = replace(found, motion=round(motion(shown, rate), 4))
+    if found.motion < LEAST["motion"]:
+        return found
+    rest = outcome.frames[prefix:]
+    again = (run(displaced(program, k)).expect()[prefix:] for k in range(RERUNS))
+    ceiling = float(np.mean([mask_iou(other, rest) for other in again]))
+    return replace(found, ceiling_mask_iou=round(ceiling, 4))
+
+
+def _packed(frames: Frames) -> npt.NDArray[np.uint32]:
+    """One number for each colour, 0 for black."""
+    red, green, blue = np.moveaxis(frames.astype(np.uint32), -1, 0)
+    return np.asarray(red << 16 | green << 8 | blue, np.uint32)
+
+
+def measure_lists(
+    rows: Sequence[ManifestRow],
+    splits: SplitParams,
+    lists: ListParams,
+    path: Path,
+    *,
+    workers: int = 0,
+    ray: str | None = None,
+) -> list[Measured]:
+    """Measure samples until all evaluation lists can be filled, and record them.
+
+    Parameters
+    ----------
+    rows
+        The manifest.
+    splits, lists
+        What the lists are.
+    path
+        Table to write. What has been measured so far is kept beside it in a journal,
+        which ends in ``.jsonl``, so that a run that was stopped goes on.
+    workers, ray
+        Where the work is done, see `mpmworlds.builder.render.executors.open_executor`.
+
+    Returns
+    -------
+    list of Measured
+        All samples that a list would take before it is full, by id.
+
+    Raises
+    ------
+    ValueError
+        If a split has too few samples that are worth it.
+    DiskFullError
+        If there is no room. What is finished is kept.
+    """
+    by_id = {row.id: row for row in rows}
+    orders = evaluation_order(by_id, splits, lists)
+    journal = path.with_suffix(".jsonl")
+    known = {
+        m.id: m
+        for m in read_journal(journal)
+        if m.id in by_id and m.program_sha256 == by_id[m.id].program_sha256
+    }
+    total = sum(lists.evaluation.values())
+    with (
+        open_executor(measure, workers, ray) as executor,
+        tqdm(total=total, desc="evaluation", unit="sample") as bar,
+    ):
+        while missing := _missing(orders, lists.evaluation, known):
+            bar.n = total - sum(missing.values())
+            bar.set_postfix(passed_over=sum(bool(m.fault) for m in known.values()))
+            tasks = [by_id[name] for name in missing]
+            for _, found in carry_out_all(executor, tasks, lambda row: str(row.id)):
+                _append(journal, found)
+                known[found.id] = found
+                bar.update(found.fault is None)
+    used = [known[name] for name in _walked(orders, lists.evaluation, known)]
+    used.sort(key=lambda m: m.id)
+    write_measured(path, used)
+    return used
+
+
+def _walked(
+    orders: Mapping[str, Sequence[str]],
+    counts: Mapping[str, int],
+    known: Mapping[str, Measured],
+) -> Iterable[str]:
+    """Ids that lists take or pass over until they are full, as far as is known."""
+    for split, order in orders.items():
+        wanted = counts.get(split, 0)
+        for name in order:
+            if not wanted:
+                break
+            yield name
+            wanted -= name not in known or known[name].fault is None
+        else:
+            if wanted:
+                raise ValueError(
+                    f"split {split!r}: {wanted} samples too few that move and are no "
+                    "chaos; ask for a shorter list, or plan more samples"
+                )
+
+
+def _missing(
+    orders: Mapping[str, Sequence[str]],
+    counts: Mapping[str, int],
+    known: Mapping[str, Measured],
+) -> dict[str, int]:
+    """Ids that must be measured next, if all of them are to fill the lists."""
+    return {name: 1 for name in _walked(orders, counts, known) if name not in known}
+
+
+def read_journal(path: Path) -> list[Measured]:
+    """What a journal holds; a last line that was cut off does not count."""
+    if not path.exists():
+        return []
+    with Journal(path, wait=True) as journal:
+        return [Measured(**json.loads(line)) for _, line, _ in journal.lines()]
+
+
+def _append(path: Path, found: Measured) -> None:
+    with Journal(path, wait=True) as journal:
+        journal.cut(journal.end())
+        journal.append(json.dumps(asdict(found)) + "\n")
+
+
+_TYPES: Final = {"motion": pa.float64(), "ceiling_mask_iou": pa.float64()}
+_SCHEMA: Final = pa.schema(
+    [pa.field(f.name, _TYPES.get(f.name, pa.string())) for f in fields(Measured)]
+)
+
+
+def write_measured(path: Path, found: Sequence[Measured]) -> None:
+    """Write a table of what was measured, the same bytes for the same samples."""
+    table = pa.Table.from_pylist([asdict(m) for m in found], schema=_SCHEMA)
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer, compression="zstd")
+    write_atomically(path, buffer.getvalue())
+
+
+def read_measured(path: Path) -> list[Measured]:
+    """What `write_measured` wrote; raises `FileNotFoundError`."""
+    return [Measured(**record) for record in pq.read_table(path).to_pylist()]
+
+
+def recorded_measured(config: str) -> list[Measured]:
+    """What is recorded with the package for a corpus; nothing for those without."""
+    file = files("mpmworlds.builder") / "recorded" / f"{config}.evaluation.parquet"
+    return read_measured(Path(str(file))) if file.is_file() else []
+
+
+def passed_over(found: Iterable[Measured]) -> frozenset[str]:
+    """Ids that no evaluation list takes."""
+    return frozenset(m.id for m in found if m.fault)
+
+
+def with_measured(
+    rows: Iterable[ManifestRow], found: Collection[Measured]
+) -> list[ManifestRow]:
+    """Rows with what full runs of them showed."""
+    by_id = {m.id: m for m in found if m.status == "ok"}
+    return [
+        replace(
+            row,
+            motion=by_id[row.id].motion,
+            ceiling_mask_iou=by_id[row.id].ceiling_mask_iou,
+        )
+        if row.id in by_id and by_id[row.id].program_sha256 == row.program_sha256
+        else row
+        for row in rows
+    ]
