@@ -1,4 +1,4 @@
-"""Colours of objects: none too near to another, none too dark on black."""
+"""Colours of objects: none too near to another."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -6,17 +6,12 @@ from typing import Final
 import numpy as np
 
 from mpmworlds.builder.recipes.objects import Data, NoRoomError
-from mpmworlds.sim.scene.palette import PALETTE, hue_difference, luma, saturation
+from mpmworlds.sim.scene.palette import PALETTE, hue_difference, saturation
 
 HUE_STEP: Final = 30.0  # hue difference of a new colour from others, if there is one
 LEAST_HUE_STEP: Final = 25.0  # and otherwise [deg]
-LEAST_LUMA: Final = 64.0  # of a colour on black, of 255
 GREY: Final = "#969696"
-VIVID: Final = [
-    color
-    for color in PALETTE.values()
-    if saturation(color) > 0.5 and luma(color) >= LEAST_LUMA
-]
+VIVID: Final = [color for color in PALETTE.values() if saturation(color) > 0.5]
 
 
 def free_color(rng: np.random.Generator, things: Sequence[Data]) -> str:

@@ -10,14 +10,28 @@ from importlib.resources import files
 from typing import Annotated, Any, Final
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
 
 from mpmworlds.sim.scene.errors import describe
 from mpmworlds.sim.scene.fields import KINDS
 from mpmworlds.sim.scene.objects import CONTACTS, MATERIALS, SHAPES
 
-Shares = dict[str, Annotated[float, Field(gt=0.0)]]
-Numbers = dict[str, Any]
+
+def _sorted(data: Any) -> Any:
+    """A mapping in the order of its keys: a file may have them in any order."""
+    return dict(sorted(data.items())) if isinstance(data, dict) else data
+
+
+Sorted = BeforeValidator(_sorted)
+Shares = Annotated[dict[str, Annotated[float, Field(gt=0.0)]], Sorted]
+Values = Annotated[dict[str, Any], Sorted]
 FIRST: Final = "v1"
 
 
@@ -75,19 +89,19 @@ class Tables(_Part):
         How far perturbations go, by the kind of the number.
     """
 
-    objects: dict[int, float]
-    materials_per_scene: dict[int, float]
+    objects: Annotated[dict[int, float], Sorted]
+    materials_per_scene: Annotated[dict[int, float], Sorted]
     materials: Shares
-    typical: dict[str, Numbers]
-    spread: dict[str, tuple[float, float]]
+    typical: Annotated[dict[str, Values], Sorted]
+    spread: Annotated[dict[str, tuple[float, float]], Sorted]
     contacts: Shares
     edits: Shares
     motions: Shares
     belts: tuple[str, ...]
-    set_in_motion: dict[str, float]
-    new_shapes: dict[str, Numbers]
+    set_in_motion: Annotated[dict[str, float], Sorted]
+    new_shapes: Annotated[dict[str, Values], Sorted]
     reshaped: tuple[str, ...]
-    jitter: dict[str, Width]
+    jitter: Annotated[dict[str, Width], Sorted]
 
     @model_validator(mode="after")
     def _names_are_known(self) -> "Tables":

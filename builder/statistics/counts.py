@@ -1,8 +1,9 @@
 """What a manifest holds, in numbers, counted on its columns."""
 
 import json
+import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,6 +12,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow
+from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.ids import KINDS
 from mpmworlds.splits.scenes import recorded_scene
@@ -18,8 +20,9 @@ from mpmworlds.splits.similarity import structure
 
 COUNTED: Final = (
     *("kind", "family_id", "edit", "split", "materials", "object_types"),
-    *("num_objects", "num_materials"),
+    *("num_objects", "num_materials", "scene"),
 )
+MODEL: Final = re.compile(r"constitutive_model: (\w+)")  # in the text of a scene
 STRUCTURED: Final = ("id", "kind", "scene")
 
 
@@ -43,6 +46,9 @@ class Statistics:
         Scenes that have each, most frequent first.
     edits
         Scenes made by each operator, most frequent first.
+    matter
+        Bodies and emitters of the templates by the family of their material, most
+        frequent first.
     """
 
     scenes: int
@@ -58,6 +64,11 @@ class Statistics:
     materials: dict[str, int]
     object_types: dict[str, int]
     edits: dict[str, int]
+    matter: dict[str, int]
+
+    def share(self, family: str) -> float:
+        """Part of the matter of templates that is of a family of materials."""
+        return self.matter.get(family, 0) / max(sum(self.matter.values()), 1)
 
     @property
     def perturbations(self) -> int:
@@ -135,6 +146,7 @@ def count_table(table: pa.Table) -> Statistics:
         materials=_ranked(pc.list_flatten(table["materials"]).to_pylist()),
         object_types=_ranked(pc.list_flatten(table["object_types"]).to_pylist()),
         edits=_ranked(map(_operator, filter(None, table["edit"].to_pylist()))),
+        matter=_ranked(_families(table)),
     )
 
 
@@ -168,6 +180,14 @@ def count_structures(table: pa.Table) -> Structures:
     commonest = next(iter(found), "")
     share = found[commonest] / len(parents) if found else 0.0
     return Structures(len(parents), len(found), commonest, share)
+
+
+def _families(table: pa.Table) -> Iterator[str]:
+    """Family of the material of every body and emitter of the templates."""
+    templates = table.filter(pc.not_equal(table["kind"], "perturbation"))
+    for text in templates["scene"].to_pylist():
+        for name in MODEL.findall(text):
+            yield MATERIALS[name].FAMILY
 
 
 def _operator(edit: str) -> str:

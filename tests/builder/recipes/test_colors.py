@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 from mpmworlds.builder.recipes.colors import (
     HUE_STEP,
     LEAST_HUE_STEP,
-    LEAST_LUMA,
     VIVID,
     free_color,
 )
 from mpmworlds.builder.recipes.objects import NoRoomError
-from mpmworlds.sim.scene.palette import PALETTE, hue_difference, luma
+from mpmworlds.sim.scene.palette import PALETTE, hue_difference
 from tests.builder.recipes.edits import (
     generators,
 )
@@ -27,7 +26,6 @@ def colored(*colors):
 def test_a_free_colour_is_vivid_and_of_a_hue_of_its_own(rng, used):
     color = free_color(rng, colored(*used))
     assert color in VIVID
-    assert luma(color) >= LEAST_LUMA
     greys = ("#FFFFFF", "#C8C8C8", "#969696")
     hued = [other for other in used if other not in greys]
     assert all(hue_difference(color, other) > LEAST_HUE_STEP for other in hued)

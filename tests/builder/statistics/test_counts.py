@@ -20,11 +20,13 @@ from mpmworlds.builder.statistics.counts import (
 from mpmworlds.builder.statistics.figure import write_figure
 from mpmworlds.builder.statistics.table import statistics_data, statistics_table
 from mpmworlds.builder.statistics.targets import (
+    MIX,
     NOT_PUBLISHED,
     TARGETS,
     order_holds,
     verdicts,
 )
+from mpmworlds.sim.scene.scene import Scene
 from tests.made_up import rows
 
 PUBLISHED_ORDER = {
@@ -34,6 +36,16 @@ PUBLISHED_ORDER = {
     "sand": 100,
     "viscoplastic": 90,
     "rigid": 300,
+}
+
+
+AS_READ = {
+    "liquid": 345,
+    "elastic/plastic": 327,
+    "snow": 202,
+    "visco": 55,
+    "sand": 70,
+    "rigid": 1,
 }
 
 
@@ -64,6 +76,7 @@ def as_published(found):
         two_materials=0.225,
         three_materials=0.053,
         materials=PUBLISHED_ORDER,
+        matter=AS_READ,
     )
 
 
@@ -81,6 +94,16 @@ def test_counts_are_those_of_the_rows(found):
     assert found.splits == Counter(row.split for row in rows())
     assert found.two_materials == sum(row.num_materials > 1 for row in rows()) / 36
     assert found.edits == {"perturb": 18, "change_gravity": 12, "compose": 5}
+    families = Counter(
+        thing.physics_properties.FAMILY
+        for row in rows()
+        if row.kind != "perturbation"
+        for thing in Scene.from_yaml(row.scene).objects
+        if hasattr(thing, "physics_properties")
+    )
+    assert found.matter == families
+    assert found.share("snow") == families["snow"] / families.total()
+    assert found.share("jam") == 0.0
 
 
 def test_parts_make_up_the_whole(manifest, found):
@@ -135,7 +158,7 @@ def test_parent_whose_scene_cannot_be_read_is_an_error(corpus):
 
 def test_published_numbers_meet_their_targets(as_published):
     assert all(verdict.holds for verdict in verdicts(as_published))
-    assert len(verdicts(as_published)) == len(TARGETS) + 1
+    assert len(verdicts(as_published)) == len(TARGETS) + len(MIX) + 1
 
 
 @pytest.mark.parametrize(
@@ -148,6 +171,8 @@ def test_published_numbers_meet_their_targets(as_published):
         ({"two_materials": 0.2405}, "two materials or more"),
         ({"three_materials": 0.0445}, "three materials or more"),
         ({"materials": PUBLISHED_ORDER | {"sand": 201}}, "order of materials"),
+        ({"matter": AS_READ | {"sand": 45, "rigid": 26}}, "matter of templates, sand"),
+        ({"matter": AS_READ | {"visco": 120}}, "matter of templates, visco"),
     ],
     ids=str,
 )
