@@ -89,6 +89,8 @@ def inverted(scene: Scene, states: States) -> float:
             continue
         x = states.positions[::STRIDE, states.object_id == i].astype(np.float64)
         corner, right, up = _triangles(x[0], spacing(scene))
+        if not corner.size:
+            continue
         one, other = x[:, right] - x[:, corner], x[:, up] - x[:, corner]
         areas = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
         turned = (areas <= 0.0).mean(axis=1)
