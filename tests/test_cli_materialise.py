@@ -45,7 +45,7 @@ def test_manifest_of_another_version_is_not_rendered(command, small, tmp_path):
 def test_failed_scene_is_named_and_nothing_is_made_of_the_rest(
     verb, command, small, tmp_path, monkeypatch
 ):
-    failures = [Failure(f"p000{n}", "crash: ended by SIGSEGV") for n in range(2)]
+    failures = [Failure(f"p000{n}", "crash", "ended by SIGSEGV") for n in range(2)]
     done = Materialised(1, 0, tuple(failures))
     monkeypatch.setattr(materialise, "materialise", lambda *_: done)
     out = tmp_path / "out"
@@ -55,7 +55,7 @@ def test_failed_scene_is_named_and_nothing_is_made_of_the_rest(
     )
     assert (status, printed) == (1, "")
     assert "1 rendered, 0 there before, 2 failed" in err
-    assert "crash: 2 failed, such as p0000: crash: ended by SIGSEGV" in err
+    assert "crash: 2 failed, such as p0000: ended by SIGSEGV" in err
     assert not out.exists()
 
 

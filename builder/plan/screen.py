@@ -158,7 +158,7 @@ def _run(scene: Scene, cells: int, warm: WarmStart) -> Findings:
     program = link(small)
     for _ in range(ATTEMPTS):  # the machine may be at fault: it lacks time or memory
         outcome = warm.run(program, frames, TIMEOUT, pictures=False)
-        if outcome.status not in ("crash", "timeout"):
+        if outcome.status not in ("crash", "killed", "timeout"):
             break
     if outcome.status == "timeout":
         raise RuntimeError(

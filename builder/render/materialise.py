@@ -49,19 +49,24 @@ T = TypeVar("T", bound=Task)
 
 @dataclass(frozen=True)
 class Failure:
-    """A sample that was not rendered, why, and after how many attempts.
+    """A sample that was not rendered.
 
-    The reason is a kind, a colon and a message.
+    Attributes
+    ----------
+    id
+        Which.
+    kind
+        Kind of failure, e.g. ``crash``, ``lost`` or ``ColorError``.
+    reason
+        What happened, in words.
+    attempts
+        How often it was tried.
     """
 
     id: str
+    kind: str
     reason: str
     attempts: int = 1
-
-    @property
-    def kind(self) -> str:
-        """Kind of failure, e.g. ``crash`` or ``ColorError``."""
-        return self.reason.partition(":")[0]
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,8 @@ def materialise(
     store
         Where the videos go.
     failures_path
-        JSON Lines file of the samples that failed, {"id", "reason", "attempts"} each;
+        JSON Lines file of the samples that failed, {"id", "kind", "reason",
+        "attempts"} each;
         replaced, appended to as they fail, sorted at the end.
     executor
         What renders a task: ``open_executor(render_row)``.
@@ -277,9 +283,9 @@ class _Run(Generic[T]):
             if isinstance(result, Rendered):
                 outcome: Timing | Failure = self._keep(task, result)
             elif isinstance(result, Lost):
-                outcome = Failure(task.id, f"lost: {result.reason}", attempts)
+                outcome = Failure(task.id, "lost", result.reason, attempts)
             else:
-                outcome = Failure(task.id, result.reason, attempts)
+                outcome = Failure(task.id, result.kind, result.reason, attempts)
             self._claims.pop(task.id).close()
             yield outcome
 

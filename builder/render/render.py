@@ -5,7 +5,6 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from mpmworlds.builder.plan.manifest import ManifestRow, text_sha256
 from mpmworlds.builder.render.executors import Lost
@@ -14,8 +13,6 @@ from mpmworlds.files.disk import disk_errors_named
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
-
-KILLED: Final = "ended by SIGKILL"  # as `run` says it
 
 
 @dataclass(frozen=True)
@@ -64,8 +61,9 @@ class Rendered:
 
 @dataclass(frozen=True)
 class Failed:
-    """Why a program gave no sample: a kind of failure, a colon, a message."""
+    """Why a program gave no sample: a status or the name of an error, and more."""
 
+    kind: str
     reason: str
 
 
@@ -145,10 +143,10 @@ def render_job(job: Job) -> Rendered | Failed | Lost:
     try:
         with disk_errors_named(Path(tempfile.gettempdir())):
             outcome = run(job.program)
-            if outcome.status == "crash" and KILLED in outcome.message:
-                return Lost(f"its program was {KILLED}, perhaps for lack of memory")
+            if outcome.status == "killed":
+                return Lost("its program was killed, perhaps for lack of memory")
             if outcome.status != "ok":
-                return Failed(f"{outcome.status}: {outcome.message}")
+                return Failed(outcome.status, outcome.message)
             start = time.monotonic()
             sample = encode_sample(job.program, outcome.frames, job.framerate)
     except OSError:
@@ -156,6 +154,6 @@ def render_job(job: Job) -> Rendered | Failed | Lost:
     except MemoryError:
         return Lost("there was too little memory to encode it")
     except Exception as error:  # noqa: BLE001  # one sample must not stop the rest
-        return Failed(f"{type(error).__name__}: {error}")
+        return Failed(type(error).__name__, str(error))
     seconds = time.monotonic() - start
     return Rendered(sample, renderer(), outcome.seconds, seconds)

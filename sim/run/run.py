@@ -33,6 +33,7 @@ Status = Literal[
     "import_error",  # it imports what is not there
     "exception",  # it raised
     "crash",  # a signal ended it, for example an index off the grid
+    "killed",  # something else ended it, perhaps for lack of memory
     "timeout",  # it did not end in time
     "out_of_memory",  # it asked for more memory than it may have
     "no_frames",  # it has no frames() or yields nothing
@@ -127,7 +128,7 @@ def run(
         status, message = _supervise(
             path, module, log, received, limits, start + timeout
         )
-        if status in ("crash", "exception", "import_error", "out_of_memory"):
+        if status in ("crash", "killed", "exception", "import_error", "out_of_memory"):
             printed = log.read_text("utf-8", "replace")[-TAIL:].strip()
             message = f"{message}\n{printed}".strip()
     return received.outcome(status, message, time.monotonic() - start)
@@ -256,6 +257,8 @@ def read_pipe(pipe: int, length: int, deadline: float) -> bytearray:
 
 def _ending(code: int, count: int) -> tuple[Status, str]:
     """What an exit without a report means."""
+    if code == -signal.SIGKILL:
+        return "killed", f"ended by SIGKILL after {count} frames"
     if code < 0:
         return "crash", f"ended by {signal.Signals(-code).name}"
     return "crash", f"left with exit code {code} after {count} frames"

@@ -36,6 +36,7 @@ FAILURES = {
     "late exception": (FRAMES + "    1 / 0\n", "exception", 3, "ZeroDivisionError"),
     "late syntax": ("exec('1 +')\n", "exception", 0, "SyntaxError"),
     "segfault": (FRAMES + "    os.kill(os.getpid(), 11)\n", "crash", 3, "SIGSEGV"),
+    "killed": (FRAMES + "    os.kill(os.getpid(), 9)\n", "killed", 3, "SIGKILL"),
     "abort": (FRAMES + "    os.abort()\n", "crash", 3, "SIGABRT"),
     "exit": (FRAMES + "    sys.exit(0)\n", "crash", 3, "exit code 0 after 3 frames"),
     "hard exit": ("import os\nos._exit(7)\n", "crash", 0, "exit code 7"),

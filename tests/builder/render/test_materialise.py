@@ -75,7 +75,8 @@ def test_failures_are_recorded_with_reasons_and_stop_nothing_else(jobs, tmp_path
     assert all(store.get(text_sha256(job.program)) for job in jobs)
     failures = {failure.id: failure for failure in done.failures}
     assert list(failures) == ["p0010", "p0011", "p0012"]
-    assert "exception: RuntimeError: no such pinwheel" in failures["p0011"].reason
+    assert failures["p0011"].kind == "exception"
+    assert "RuntimeError: no such pinwheel" in failures["p0011"].reason
     assert "#FA0A03" in failures["p0010"].reason
     assert "killed by SIGKILL" in failures["p0012"].reason
     assert [f.attempts for f in done.failures] == [1, 1, ATTEMPTS]
@@ -100,7 +101,8 @@ def test_a_program_that_was_killed_is_run_again(jobs, make_program, tmp_path):
     done = render(tasks, Store(tmp_path / "store"), tmp_path / "log.jsonl")
     assert (done.rendered, len(done.failures)) == (1, 1)
     assert (done.failures[0].id, done.failures[0].attempts) == ("p0011", ATTEMPTS)
-    assert "lost: its program was ended by SIGKILL" in done.failures[0].reason
+    assert done.failures[0].kind == "lost"
+    assert "its program was killed" in done.failures[0].reason
 
 
 def test_old_failures_are_forgotten(jobs, tmp_path):
@@ -174,8 +176,8 @@ def test_what_is_lost_is_tried_again_a_few_times(losses, jobs, tmp_path):
     )
     assert executor.starts == {"p0000": ATTEMPTS}
     assert done.rendered == (losses < ATTEMPTS)
-    assert [(f.reason, f.attempts) for f in done.failures] == (
-        [("lost: its machine is gone", ATTEMPTS)] if losses == ATTEMPTS else []
+    assert [(f.kind, f.reason, f.attempts) for f in done.failures] == (
+        [("lost", "its machine is gone", ATTEMPTS)] if losses == ATTEMPTS else []
     )
 
 
