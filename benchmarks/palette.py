@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpmworlds.sim.run.encode import decode_mp4, encode_unchecked
-from mpmworlds.sim.scene.palette import LEAST_LUMA, PALETTE, luma
+from mpmworlds.sim.scene.palette import PALETTE
 
 HUES: Final = 24
 ROWS: Final = {"strong": (0.82, 0.96), "deep": (0.85, 0.66)}  # saturation, value
@@ -44,14 +44,9 @@ def main() -> None:
         for hue in range(HUES)
     ] + [[float(grey)] * 3 for grey in GREYS]
     sys.stderr.write(f"{len(exact) / (1 << 24):.1%} of all colours survive\n")
-    found = []
-    for target in targets:
+    for name, target in zip(PALETTE, targets, strict=True):
         best = exact[((exact - target) ** 2).sum(axis=1).argmin()]
-        color = f"#{best[0]:02X}{best[1]:02X}{best[2]:02X}"
-        if luma(color) >= LEAST_LUMA:
-            found.append(color)
-    for name, color in zip(PALETTE, found, strict=True):
-        sys.stdout.write(f'"{name}": "{color}",\n')
+        sys.stdout.write(f'"{name}": "#{best[0]:02X}{best[1]:02X}{best[2]:02X}",\n')
 
 
 if __name__ == "__main__":

@@ -58,7 +58,13 @@ def package_files():
     sources = {
         path.relative_to(ROOT).as_posix()
         for folder in FOLDERS
-        for pattern in ("*.py", "seeds/*.yaml", "recorded/*.parquet", "recorded/*/*")
+        for pattern in (
+            "*.py",
+            "seeds/*.yaml",
+            "wording/*.yaml",
+            "recorded/*.parquet",
+            "recorded/*/*",
+        )
         for path in (ROOT / folder).rglob(pattern)
     }
     return (

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import Any, Literal
 
-from mpmworlds.builder.llm.prompts import child_messages, parent_messages
-from mpmworlds.builder.recipes.modify import EDITS
+from mpmworlds.builder.llm.prompts import child_messages, parent_messages, wording
 from mpmworlds.builder.recipes.streams import stream
 from mpmworlds.sim.scene.scene import Scene
 
@@ -32,6 +31,8 @@ class Sampling:
         Ask for programs beside the scenes.
     temperature, max_tokens
         Sent if not None; else the server's own.
+    wording
+        Version of what the model is told.
     """
 
     model: str
@@ -40,6 +41,7 @@ class Sampling:
     programs: bool = False
     temperature: float | None = None
     max_tokens: int | None = None
+    wording: str = "v1"
 
     def __post_init__(self) -> None:
         if self.n < 1:
@@ -103,7 +105,9 @@ def parent_requests(seeds: Mapping[str, Scene], how: Sampling) -> Iterator[Reque
         chosen = [names[i] for i in rng.permutation(len(names))[:number]]
         examples = {name: seeds[name] for name in chosen}
         payload = {
-            "messages": parent_messages(examples, programs=how.programs),
+            "messages": parent_messages(
+                examples, programs=how.programs, version=how.wording
+            ),
             "seed": int(rng.integers(2**31)),
         } | _sampling(how)
         key = _key(f"parents-{k:05d}", payload)
@@ -136,9 +140,11 @@ def child_requests(parents: Mapping[str, Scene], how: Sampling) -> Iterator[Requ
     for k in count():
         rng = stream(how.root_seed, "llm", "children", str(k))
         parent = str(rng.choice(names))
-        edit = str(rng.choice(sorted(EDITS)))
+        edit = str(rng.choice(sorted(wording(how.wording).edits)))
         payload = {
-            "messages": child_messages(parents[parent], edit, programs=how.programs),
+            "messages": child_messages(
+                parents[parent], edit, programs=how.programs, version=how.wording
+            ),
             "seed": int(rng.integers(2**31)),
         } | _sampling(how)
         key = _key(f"children-{k:05d}", payload)

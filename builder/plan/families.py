@@ -30,6 +30,7 @@ from mpmworlds.builder.plan.profile import (
 )
 from mpmworlds.builder.plan.proposed import Proposed
 from mpmworlds.builder.plan.screen import Findings, fault, try_out
+from mpmworlds.builder.recipes.colors import confusing
 from mpmworlds.builder.recipes.objects import Data, NoRoomError
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
@@ -223,12 +224,14 @@ class Templates:
 
 
 def repeated(draft: Draft, others: list[Draft]) -> str | None:
-    """Why a valid candidate is not new beside others of its family; None if it is.
+    """Why a valid candidate is no good beside others of its family; None if it is.
 
     Children of one root differ in their edits, and those of one kind of one object
     markedly, because a modification that is held out must not have been made in
     training.
     """
+    if confusing([thing.visualization.color for thing in draft.full.objects]):
+        return "confusing_colors"
     if draft.edit in (other.edit for other in others):
         return "same_edit"
     if is_near(draft.full, [other.full for other in others], NEAR_SIBLINGS):

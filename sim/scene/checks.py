@@ -157,12 +157,13 @@ def _check_stability(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
 def _check_colors(scene: Sections, numbers: Sequence[int]) -> Iterator[str]:
     for i, j in _pairs(scene, numbers):
         a, b = (scene.objects[k].visualization.color for k in (i, j))
-        if min(saturation(a), saturation(b)) < 0.2:
+        if a == b or min(saturation(a), saturation(b)) < 0.2:
             continue
         if hue_difference(a, b) < HUE_STEP:
             yield (
                 f"{_label(scene, j)}: color = '{b}' is too near to '{a}' of "
-                f"{_label(scene, i)}; take a hue {HUE_STEP:.0f} degrees away, or a grey"
+                f"{_label(scene, i)}; take the same, or a hue {HUE_STEP:.0f} degrees "
+                "away"
             )
 
 

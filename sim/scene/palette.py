@@ -5,7 +5,7 @@ YUV 4:4:4 -> RGB. These are the survivors nearest to 24 evenly spaced hues at on
 strong brightness, to the same hues at a deep one, and three greys
 (``benchmarks/palette.py`` finds them; ``tests/sim/test_palette.py`` sends them through
 the codec). Every colour has a channel of at least 128, so none is mistaken for the
-black background; hues that a deep shade of has a luma below `LEAST_LUMA` have none.
+black background.
 """
 
 import re
@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import Final
 
 BACKGROUND: Final = "#000000"
-LEAST_LUMA: Final = 64.0  # of 255, so that it is seen on black
 
 PALETTE: Final = MappingProxyType(
     {
@@ -57,6 +56,10 @@ PALETTE: Final = MappingProxyType(
         "deep_cyan": "#19A9A8",
         "deep_sky": "#1985A9",
         "deep_azure": "#1961A9",
+        "deep_cobalt": "#1A3DA8",
+        "deep_blue": "#1A19A9",
+        "deep_indigo": "#3E19A9",
+        "deep_violet": "#6019A8",
         "deep_purple": "#8419A8",
         "deep_magenta": "#A819A7",
         "deep_orchid": "#A81985",

@@ -1,21 +1,28 @@
 """The k-th request of a run is always the same, and shows what it should."""
 
 import json
+from hashlib import sha256
+from importlib.resources import files
 from itertools import islice
 
 import pytest
 
+from mpmworlds.builder.llm.prompts import wording
 from mpmworlds.builder.llm.request import (
     Sampling,
     child_requests,
     parent_requests,
     top_up,
 )
+from mpmworlds.builder.llm.schema_text import schema_text
+from mpmworlds.builder.recipes.colors import LEAST_LUMA
 from mpmworlds.builder.recipes.modify import EDITS
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
-from mpmworlds.sim.scene.palette import PALETTE
+from mpmworlds.sim.scene.palette import PALETTE, luma
+from mpmworlds.sim.scene.scene import json_schema
 
+WORDING_SHA256 = "9c05bdf95d540911912eea1e480f575ffe5f7f74118a01ce728a98f9d5fd1a8e"
 SEEDS = dict(list(load_seeds().items())[:6])
 HOW = Sampling("m", root_seed=1, n=3)
 ASK = {"parents": parent_requests, "children": child_requests}
@@ -74,8 +81,9 @@ def test_parents_show_two_or_three_seeds_the_schema_and_the_palette():
         shown = {name for name, scene in SEEDS.items() if scene.to_yaml() in text}
         assert shown == set(request.seeds)
         assert link(SEEDS[request.seeds[0]]) not in text
-        assert '"$schema"' in text
-        assert all(color in text for color in PALETTE.values())
+        assert wording("v1").schema in text
+        bright = [c for c in PALETTE.values() if luma(c) >= LEAST_LUMA]
+        assert all(color in text for color in bright)
         assert request.parent == request.edit == ""
 
 
@@ -100,13 +108,30 @@ def test_children_show_one_parent_and_one_edit():
         assert request.seeds == ()
 
 
-def test_schema_that_is_shown_keeps_every_property():
-    text = content(first("children", 1)[0])
-    shown = text.partition("```json\n")[2].partition("\n```")[0]
-    schema = json.loads(shown)
-    assert {"simulation", "environment", "objects"} <= schema["properties"].keys()
-    assert "title" not in schema
-    assert schema["$defs"]["Circle"]["properties"]["radius"]["exclusiveMinimum"] == 0
+def test_the_schema_in_few_words_has_every_key_and_limit():
+    text = schema_text()
+    schema = json_schema()
+    parts = [schema, *schema["$defs"].values()]
+    keys = {key for part in parts for key in part.get("properties", {})}
+    assert not {key for key in keys if f"{key}: " not in text}
+    assert "radius: > 0 and <= 0.5; radius [m]" in text
+    assert "contact: separate | slip | sticky (default separate); contact law" in text
+    assert "physics_properties: material; elastic, liquid, plastic," in text
+    assert text.count("constitutive_model: liquid") == 1
+
+
+def test_the_wording_of_a_version_never_changes():
+    text = files("mpmworlds.builder.llm").joinpath("wording/v1.yaml").read_bytes()
+    assert sha256(text).hexdigest() == WORDING_SHA256
+    with pytest.raises(ValueError, match="wording = 'v9', must be one of v1"):
+        wording("v9")
+
+
+def test_an_edit_that_is_added_changes_no_request(monkeypatch):
+    before = first("children", 6)
+    monkeypatch.setitem(EDITS, "aaa", lambda means, scene: {})
+    assert first("children", 6) == before
+    assert wording("v1").edits.keys() <= EDITS.keys()
 
 
 def test_top_up_asks_the_same_with_another_seed():
