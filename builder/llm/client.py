@@ -179,7 +179,7 @@ class Client:
         said = body.get("message") if isinstance(body, dict) else None
         said = str(said or error.response.text or error.message)
         if self.endpoint.api_key != NO_KEY:
-            said = said.replace(self.endpoint.api_key, "***")
+            said = without_key(said, self.endpoint.api_key)
         problem = f"answers {status} ({_shown(said)})"
         if status == 429 and error.code != NO_QUOTA:
             wait = _retry_after(error.response.headers)
@@ -195,6 +195,11 @@ class Client:
         elif status == 429:
             remedy = f"pay for more, or set {KEY} to another key"
         return EndpointError(f"{self.endpoint}: {problem}; {remedy}")
+
+
+def without_key(text: str, key: str) -> str:
+    """A text with a key masked where it stands on its own, not within a word."""
+    return re.sub(rf"(?<![\w-]){re.escape(key)}(?![\w-])", "***", text)
 
 
 def _completion(text: str) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from email.utils import formatdate
 
 import pytest
 
-from mpmworlds.builder.llm.client import Client, EndpointError
+from mpmworlds.builder.llm.client import Client, EndpointError, without_key
 from mpmworlds.builder.llm.endpoint import Endpoint, Patience, model_name
 from tests.builder.llm.llm_server import KEY, error, fails, says, serving
 
@@ -207,6 +207,19 @@ def test_a_server_that_repeats_the_key_is_not_quoted():
     with serving(answer) as server, pytest.raises(EndpointError) as raised:
         client_of(server).ask(PAYLOAD)
     assert "bad key Bearer ***" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("the quota exceeds x.", "the quota exceeds ***."),
+        ("bad key 'x'", "bad key '***'"),
+        ("x", "***"),
+        ("no such model x-large", "no such model x-large"),
+    ],
+)
+def test_a_short_key_is_masked_only_where_it_stands_on_its_own(text, shown):
+    assert without_key(text, "x") == shown
 
 
 def test_no_secret_is_shown():
