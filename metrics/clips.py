@@ -84,3 +84,12 @@ def foreground(clip: Clip) -> Mask:
     """
     red_green = np.maximum(clip[..., 0], clip[..., 1])
     return np.maximum(red_green, clip[..., 2]) > CONSTANTS.foreground_level
+
+
+def packed_colours(clip: Clip) -> npt.NDArray[np.uint32]:
+    """Pack RGB into one number, ``R << 16 | G << 8 | B``: ``(T, H, W)``."""
+    packed = clip[..., 0].astype(np.uint32)
+    for channel in (1, 2):
+        packed <<= 8
+        packed |= clip[..., channel]
+    return packed

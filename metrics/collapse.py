@@ -5,20 +5,17 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.metrics.clips import Clip, Curve, check_clip, foreground
+from mpmworlds.metrics.clips import (
+    Clip,
+    Curve,
+    check_clip,
+    foreground,
+    packed_colours,
+)
 from mpmworlds.metrics.constants import CONSTANTS
 from mpmworlds.metrics.regions import colour_features, has_colour, region_means
 
 COLOURS = 1 << 24
-
-
-def _pack(clip: Clip) -> npt.NDArray[np.uint32]:
-    """Pack RGB into one number, ``R << 16 | G << 8 | B``: ``(T, H, W)``."""
-    packed = clip[..., 0].astype(np.uint32)
-    for channel in (1, 2):
-        packed <<= 8
-        packed |= clip[..., channel]
-    return packed
 
 
 def _areas(clip: Clip) -> npt.NDArray[np.int64]:
@@ -26,7 +23,7 @@ def _areas(clip: Clip) -> npt.NDArray[np.int64]:
 
     Colours are compared once per distinct colour of the clip, not once per pixel.
     """
-    mask, packed = foreground(clip), _pack(clip)
+    mask, packed = foreground(clip), packed_colours(clip)
     means = region_means(mask[0], packed[0])
     seen = np.zeros(COLOURS, dtype=bool)
     seen[packed[mask]] = True

@@ -7,12 +7,11 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from mpmworlds.sim.scene.fields import Part
+from mpmworlds.sim.scene.fields import TOLD_APART_BY, Part, parts_of
 from mpmworlds.sim.scene.sections import Sections
 
 TYPES = {float: "", int: "whole ", str: "text "}
 SIGNS = {Gt: "> ", Ge: ">= ", Lt: "< ", Le: "<= "}
-TOLD_APART_BY = ("object_type", "type", "constitutive_model")
 
 
 def schema_text() -> str:
@@ -34,7 +33,7 @@ def _lines(
     for name, field in model.model_fields.items():
         if name == told:
             continue
-        parts = list(dict.fromkeys(_parts(field.annotation)))
+        parts = parts_of(field.annotation)
         key = field.alias or name
         if not parts:
             yield f"{pad}{key}: {_rule(field)}"
@@ -86,11 +85,3 @@ def _name(part: type[Part]) -> tuple[str, str]:
             if len(values) == 1:
                 return name, str(values[0])
     return "", ""
-
-
-def _parts(annotation: Any) -> Iterator[type[Part]]:
-    """Classes of the schema in an annotation."""
-    if isinstance(annotation, type) and issubclass(annotation, Part):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from _parts(inner)

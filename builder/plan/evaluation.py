@@ -5,8 +5,6 @@ them, until it has as many as it wants. Which were passed over is recorded; with
 list is a pure function of ids again.
 """
 
-import io
-import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from importlib.resources import files
@@ -14,7 +12,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 from tqdm import tqdm  # type: ignore[import-untyped]
@@ -23,8 +20,9 @@ from mpmworlds.builder.plan.manifest import ManifestRow
 from mpmworlds.builder.plan.measures import STRIDE, motion
 from mpmworlds.builder.plan.screen import LEAST, PREFIX
 from mpmworlds.builder.render.executors import carry_out_all, open_executor
-from mpmworlds.files.atomic import write_atomically
-from mpmworlds.files.journal import Journal
+from mpmworlds.files.journal import append_records, read_records
+from mpmworlds.files.parquet import write_parquet
+from mpmworlds.metrics.clips import packed_colours
 from mpmworlds.metrics.mask_iou import mask_iou
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.displace import displaced
@@ -35,8 +33,6 @@ from mpmworlds.splits.lists import ListParams, evaluation_order
 
 LEAST_CEILING: Final = 0.5  # mask IoU of a sample with itself, displaced by a hair
 RERUNS: Final = 3
-
-Frames = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -84,7 +80,7 @@ def measure(row: ManifestRow) -> Measured:
     if outcome.status != "ok":
         return found
     prefix = round(PREFIX * rate)
-    shown = _packed(outcome.frames[prefix::STRIDE])
+    shown = packed_colours(outcome.frames[prefix::STRIDE])
     found = replace(found, motion=round(motion(shown, rate), 4))
     if found.motion < LEAST["motion"]:
         return found
@@ -92,12 +88,6 @@ def measure(row: ManifestRow) -> Measured:
     again = (run(displaced(program, k)).expect()[prefix:] for k in range(RERUNS))
     ceiling = float(np.mean([mask_iou(other, rest) for other in again]))
     return replace(found, ceiling_mask_iou=round(ceiling, 4))
-
-
-def _packed(frames: Frames) -> npt.NDArray[np.uint32]:
-    """One number for each colour, 0 for black."""
-    red, green, blue = np.moveaxis(frames.astype(np.uint32), -1, 0)
-    return np.asarray(red << 16 | green << 8 | blue, np.uint32)
 
 
 def measure_lists(
@@ -140,7 +130,7 @@ def measure_lists(
     journal = path.with_suffix(".jsonl")
     known = {
         m.id: m
-        for m in read_journal(journal)
+        for m in (Measured(**record) for record in read_records(journal))
         if m.id in by_id and m.program_sha256 == by_id[m.id].program_sha256
     }
     total = sum(lists.evaluation.values())
@@ -149,11 +139,11 @@ def measure_lists(
         tqdm(total=total, desc="evaluation", unit="sample") as bar,
     ):
         while missing := _missing(orders, lists.evaluation, known):
-            bar.n = total - sum(missing.values())
+            bar.n = total - len(missing)
             bar.set_postfix(passed_over=sum(bool(m.fault) for m in known.values()))
             tasks = [by_id[name] for name in missing]
             for _, found in carry_out_all(executor, tasks, lambda row: str(row.id)):
-                _append(journal, found)
+                append_records(journal, [asdict(found)])
                 known[found.id] = found
                 bar.update(found.fault is None)
     used = [known[name] for name in _walked(orders, lists.evaluation, known)]
@@ -187,23 +177,9 @@ def _missing(
     orders: Mapping[str, Sequence[str]],
     counts: Mapping[str, int],
     known: Mapping[str, Measured],
-) -> dict[str, int]:
+) -> list[str]:
     """Ids that must be measured next, if all of them are to fill the lists."""
-    return {name: 1 for name in _walked(orders, counts, known) if name not in known}
-
-
-def read_journal(path: Path) -> list[Measured]:
-    """What a journal holds; a last line that was cut off does not count."""
-    if not path.exists():
-        return []
-    with Journal(path, wait=True) as journal:
-        return [Measured(**json.loads(line)) for _, line, _ in journal.lines()]
-
-
-def _append(path: Path, found: Measured) -> None:
-    with Journal(path, wait=True) as journal:
-        journal.cut(journal.end())
-        journal.append(json.dumps(asdict(found)) + "\n")
+    return [name for name in _walked(orders, counts, known) if name not in known]
 
 
 _TYPES: Final = {"motion": pa.float64(), "ceiling_mask_iou": pa.float64()}
@@ -215,9 +191,7 @@ _SCHEMA: Final = pa.schema(
 def write_measured(path: Path, found: Sequence[Measured]) -> None:
     """Write a table of what was measured, the same bytes for the same samples."""
     table = pa.Table.from_pylist([asdict(m) for m in found], schema=_SCHEMA)
-    buffer = io.BytesIO()
-    pq.write_table(table, buffer, compression="zstd")
-    write_atomically(path, buffer.getvalue())
+    write_parquet(path, table)
 
 
 def read_measured(path: Path) -> list[Measured]:

@@ -4,7 +4,6 @@ It is the dataset in a few megabytes: everything else in a release follows from 
 """
 
 import hashlib
-import io
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from importlib.resources import files
@@ -14,7 +13,7 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.parquet import write_parquet
 from mpmworlds.splits.ids import KINDS
 
 
@@ -116,9 +115,7 @@ def write_manifest(path: Path, rows: Sequence[ManifestRow]) -> None:
     """
     _check_rows(rows, str(path))
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=SCHEMA)
-    buffer = io.BytesIO()
-    pq.write_table(table, buffer, compression="zstd", compression_level=9)
-    write_atomically(path, buffer.getvalue())
+    write_parquet(path, table, compression_level=9)
 
 
 def read_manifest(path: Path) -> list[ManifestRow]:

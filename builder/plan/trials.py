@@ -4,8 +4,6 @@ They are recorded in the repository: with them, a plan needs no simulation and d
 depend on the last bit of one. New ones go to a journal until they are recorded.
 """
 
-import io
-import json
 from dataclasses import asdict, fields
 from importlib.resources import files
 from pathlib import Path
@@ -15,8 +13,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mpmworlds.builder.plan.screen import Findings
-from mpmworlds.files.atomic import write_atomically
-from mpmworlds.files.journal import Journal
+from mpmworlds.files.journal import append_records, read_records
+from mpmworlds.files.parquet import write_parquet
 
 RECORDED: Final = Path(str(files("mpmworlds.builder") / "recorded" / "trials.parquet"))
 TYPES: Final = {str: pa.string(), int: pa.int32(), float: pa.float64()}
@@ -24,15 +22,7 @@ TYPES: Final = {str: pa.string(), int: pa.int32(), float: pa.float64()}
 
 def read_journal(path: Path) -> dict[str, Findings]:
     """Findings by key from a journal; a last line that was cut off does not count."""
-    if not path.exists():
-        return {}
-    found = {}
-    with Journal(path, wait=True) as journal:
-        for _, line, _ in journal.lines():
-            record = json.loads(line)
-            key = record.pop("key")
-            found[key] = Findings(**record)
-    return found
+    return {record.pop("key"): Findings(**record) for record in read_records(path)}
 
 
 def append_journal(path: Path, found: dict[str, Findings]) -> None:
@@ -50,10 +40,7 @@ def append_journal(path: Path, found: dict[str, Findings]) -> None:
     DiskFullError
         If there is no room; the journal stays as it was.
     """
-    lines = [json.dumps({"key": key} | asdict(f)) + "\n" for key, f in found.items()]
-    with Journal(path, wait=True) as journal:
-        journal.cut(journal.end())
-        journal.append("".join(lines))
+    append_records(path, ({"key": key} | asdict(f) for key, f in found.items()))
 
 
 def read_recorded(path: Path) -> dict[str, Findings]:
@@ -68,6 +55,4 @@ def write_recorded(path: Path, found: dict[str, Findings]) -> None:
     columns = [pa.field("key", pa.string())]
     columns += [pa.field(f.name, TYPES[f.type]) for f in fields(Findings)]  # type: ignore[index]
     table = pa.Table.from_pylist(rows, schema=pa.schema(columns))
-    buffer = io.BytesIO()
-    pq.write_table(table, buffer, compression="zstd")
-    write_atomically(path, buffer.getvalue())
+    write_parquet(path, table)

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from mpmworlds.builder.recipes.objects import Data, NoRoomError, rounded
 from mpmworlds.sim.program.features.shape import Shape
-from mpmworlds.sim.scene.fields import KINDS, Part, kind_of
+from mpmworlds.sim.scene.fields import KINDS, TOLD_APART_BY, Part, kind_of, parts_of
 from mpmworlds.sim.scene.objects import SHAPES
 from mpmworlds.sim.scene.sections import Sections
 
@@ -111,18 +111,10 @@ def _members(
     model: type[BaseModel], key: str
 ) -> tuple[str | None, dict[Any, type[Part]]]:
     """What tells the classes that a field may have apart, and them by its values."""
-    kinds = list(_parts(model.model_fields[key].annotation))
+    kinds = parts_of(model.model_fields[key].annotation)
     if len(kinds) == 1:
         return None, {None: kinds[0]}
-    name = next(n for n in ("object_type", "type", "constitutive_model")
+    name = next(n for n in TOLD_APART_BY
                 if all(n in kind.model_fields for kind in kinds))  # fmt: skip
     values = [get_args(kind.model_fields[name].annotation)[0] for kind in kinds]
     return name, dict(zip(values, kinds, strict=True))
-
-
-def _parts(annotation: Any) -> Iterator[type[Part]]:
-    """Classes of the schema in an annotation."""
-    if isinstance(annotation, type) and issubclass(annotation, Part):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from _parts(inner)

@@ -6,7 +6,7 @@ Every number is of a kind, by which edits scale, mirror and jitter it, never by 
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from mpmworlds.sim.scene.palette import PALETTE, is_exact, nearest
 
+TOLD_APART_BY: Final = ("object_type", "type", "constitutive_model")  # keys of unions
 Tag = Literal["material", "position", "appearance", "neutral"]
 Mirror = Literal["same", "across", "negated", "turned", "x_negated"]
 
@@ -107,6 +108,14 @@ def tag_of(model: type[BaseModel], name: str) -> Tag:
 def kind_of(model: type[BaseModel], name: str) -> str | None:
     """Kind of a field of a schema model; None if it is no number."""
     return _extra(model, name).get("kind")
+
+
+def parts_of(annotation: Any) -> list[type[Part]]:
+    """Classes of the schema that an annotation of a field allows, in its order."""
+    if isinstance(annotation, type) and issubclass(annotation, Part):
+        return [annotation]
+    found = (part for inner in get_args(annotation) for part in parts_of(inner))
+    return list(dict.fromkeys(found))
 
 
 def _extra(model: type[BaseModel], name: str) -> dict[str, Any]:

@@ -5,12 +5,35 @@ not written whole, because the process was killed in the middle, is no line.
 """
 
 import fcntl
+import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from mpmworlds.files.closing import Closing
 from mpmworlds.files.disk import disk_errors_named
+
+
+def read_records(path: Path) -> list[Any]:
+    """JSON of every whole line of a journal; nothing if there is no such file."""
+    if not path.exists():
+        return []
+    with Journal(path, wait=True) as journal:
+        return [json.loads(line) for _, line, _ in journal.lines()]
+
+
+def append_records(path: Path, records: Iterable[Any]) -> None:
+    """Add JSON to a journal, a line each, after its last whole line.
+
+    Raises
+    ------
+    DiskFullError
+        If there is no room; the journal stays as it was.
+    """
+    with Journal(path, wait=True) as journal:
+        journal.cut(journal.end())
+        journal.append("".join(json.dumps(record) + "\n" for record in records))
 
 
 class JournalBusyError(ValueError):

@@ -16,7 +16,7 @@ from mpmworlds.builder.plan.evaluation import (
 )
 from mpmworlds.builder.plan.families import row_of
 from mpmworlds.builder.plan.manifest import text_sha256
-from mpmworlds.builder.render.executors import open_executor
+from mpmworlds.builder.render.executors import Executor, open_executor
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.assign import SplitParams
 from mpmworlds.splits.ids import SampleId
@@ -61,19 +61,13 @@ def made_up(row):
     return Measured(row.id, row.program_sha256, "ok", motion, ceiling)
 
 
-class Here:
+class Here(Executor):
     """An executor that does the work in this process."""
 
     slots = 2
 
     def __init__(self, function):
         self.function, self.tasks = function, []
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
 
     def submit(self, task):
         self.tasks.append(task)
@@ -82,6 +76,9 @@ class Here:
         done = [(task, self.function(task)) for task in self.tasks]
         self.tasks = []
         return done
+
+    def close(self):
+        """Leave nothing behind: there is no process."""
 
 
 @pytest.fixture
