@@ -1,6 +1,9 @@
 """A scratch folder goes with its process, also when that is killed."""
 
+import errno
 import fcntl
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -93,4 +96,23 @@ def test_without_locks_there_are_scratch_folders_all_the_same(temporary, monkeyp
     monkeypatch.setattr(fcntl, "flock", no_locks)
     with Scratch() as first, Scratch() as second:
         assert folders(temporary) == {str(first.path), str(second.path)}
+    assert list(temporary.iterdir()) == []
+
+
+def test_a_folder_in_which_a_dying_process_still_writes_goes_in_the_end(
+    temporary, monkeypatch
+):
+    scratch = Scratch()
+    emptied, tries = shutil.rmtree, []
+
+    def one_writes(folder):
+        emptied(folder)
+        tries.append(folder)
+        if len(tries) < 3:
+            (folder / "kernels").mkdir(parents=True)
+            raise OSError(errno.ENOTEMPTY, os.strerror(errno.ENOTEMPTY), str(folder))
+
+    monkeypatch.setattr(shutil, "rmtree", one_writes)
+    scratch.close()
+    assert len(tries) == 3
     assert list(temporary.iterdir()) == []

@@ -4,9 +4,11 @@ A process that is killed cannot tidy up, so the next one that makes a scratch fo
 removes those whose makers are gone: nobody holds the file beside them any more.
 """
 
+import errno
 import os
 import shutil
 import tempfile
+import time
 import weakref
 from pathlib import Path
 from typing import Final
@@ -16,6 +18,7 @@ from mpmworlds.files.locks import Hold, hold
 
 PREFIX: Final = "mpmworlds-"
 _HELD: Final = ".held"
+_PATIENCE: Final = 5.0  # seconds
 
 
 class Scratch(Closing):
@@ -40,7 +43,15 @@ class Scratch(Closing):
 
 
 def _remove(folder: Path, held: Hold | None) -> None:
-    shutil.rmtree(folder)
+    end = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            shutil.rmtree(folder)
+            break
+        except OSError as error:  # a process that was killed may write while it dies
+            if error.errno != errno.ENOTEMPTY or time.monotonic() > end:
+                raise
+            time.sleep(0.01)
     if held:
         held.close()
 
