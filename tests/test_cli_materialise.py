@@ -74,7 +74,7 @@ def ask(command, small):
         (["s04", "p0000"], IDS),
         (["--split", "test"], ["p0000"]),
         (["--kind", "seed"], ["s04"]),
-        (["--where", "kind == 'seed' or num_objects > 99"], ["s04"]),
+        (["--where", "kind = 'seed' or num_objects > 99"], ["s04"]),
         (["--limit", "1"], ["p0000"]),
         (["--sample", "2", "--limit", "1", "--split", "train"], ["s04"]),
     ],
@@ -99,7 +99,7 @@ def test_ids_come_from_a_file_as_well(ask, tmp_path):
     [
         (["s05"], "not in the manifest: 's05' (nearest: s04)"),
         (["--split", "exam"], "split 'exam': there are test, train"),
-        (["--where", "num_object > 1"], "no column num_object, perhaps num_objects"),
+        (["--where", "num_object > 1"], '"num_object" not found'),
         (["--limit", "0"], "limit = 0, must be at least 1"),
         (["s04", "--split", "test"], "none of the 2 rows satisfies all that is asked"),
         (["--workers", "-1"], "workers = -1, must be >= 0"),

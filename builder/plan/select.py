@@ -1,51 +1,41 @@
-"""Rows of a manifest by what is known of them: ids, splits, kinds and expressions.
+"""Rows of a manifest by what is known of them: ids, splits, kinds and conditions.
 
-An expression compares columns with text and numbers, for example
-``material == 'sand' and num_objects >= 3``. It is parsed and checked, never executed.
+A condition is one in SQL, as DuckDB and the SQL console of the Hugging Face Hub speak
+it, for example ``'sand' in materials and num_objects >= 3``.
 """
 
-import ast
 import json
-import operator
-from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
-from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
-from mpmworlds.builder.plan.manifest import ManifestRow
+import duckdb
+import pyarrow as pa
+
+from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow
 from mpmworlds.splits.draw import draw
 
-Predicate = Callable[[ManifestRow], bool]
-
-SETS: Final[dict[str, Callable[[ManifestRow], Collection[str]]]] = {
-    "material": operator.attrgetter("materials"),
-    "object_type": operator.attrgetter("object_types"),
-    "seed": lambda row: [*row.seeds, *(name.partition("_")[0] for name in row.seeds)],
-}
-TEXTS: Final[dict[str, Callable[[ManifestRow], str]]] = {
-    "id": operator.attrgetter("id"),
-    "kind": operator.attrgetter("kind"),
-    "split": operator.attrgetter("split"),
-    "edit": lambda row: json.loads(row.edit)["operator"] if row.edit else "",
-    "family_id": operator.attrgetter("family_id"),
-    "parent_id": operator.attrgetter("parent_id"),
-}
-CLOSED: Final = (*SETS, "kind", "split", "edit")  # whose values are few and known
-NUMBERS: Final = ("num_objects", "num_materials")
-ALLOWED: Final = (
-    f"allowed are the sets {', '.join(SETS)} (== contains, != does not, "
-    f"in [..] has one of), the texts {', '.join(TEXTS)}, "
-    f"the numbers {', '.join(NUMBERS)}, "
-    "< <= > >= == != in, not in, and, or, not, parentheses, 'text' and numbers"
+COLUMNS: Final = (
+    "id",
+    "kind",
+    "split",
+    "edit",  # the operator's name alone
+    "family_id",
+    "parent_id",
+    "seeds",
+    "materials",
+    "object_types",
+    "num_objects",
+    "num_materials",
+    "motion",
+    "ceiling_mask_iou",
+    "scene",
 )
-_COMPARISONS: Final = {
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
+FEW_VALUES: Final = ("kind", "split", "edit", "materials", "object_types")
+_SHUT: Final = {  # a condition sees the rows and nothing else
+    "enable_external_access": "false",
+    "python_enable_replacements": "false",
+    "lock_configuration": "true",
 }
 _NAMED_AT_MOST = 3  # unknown ids that an error names
 
@@ -54,182 +44,64 @@ class SelectionError(ValueError):
     """A selection that cannot be meant."""
 
 
-# ---- expressions
-
-
-class _Refused(Exception):
-    """A part of an expression that is not allowed, and why."""
-
-    def __init__(self, node: ast.AST, reason: str) -> None:
-        super().__init__(reason)
-        self.column = getattr(node, "col_offset", 0) + 1
-
-
-@dataclass(frozen=True)
-class _Operand:
-    """A side of a comparison.
-
-    Its kind is "text", "number", "set", "list of text" or "list of numbers".
-    """
-
-    kind: str
-    value: Callable[[ManifestRow], Any]
-
-
-def parse(expression: str) -> Predicate:
-    """Turn an expression into a function that says whether a row satisfies it.
+def matching(rows: Sequence[ManifestRow], where: str) -> set[str]:
+    """Ids of the rows that satisfy a condition.
 
     Parameters
     ----------
-    expression
-        For example ``material in ['sand', 'snow'] and not num_objects > 4``.
+    rows
+        Rows of a manifest.
+    where
+        Condition in SQL on `COLUMNS`.
 
     Returns
     -------
-    callable
-        Manifest row -> bool.
+    set of str
+        There is at least one.
 
     Raises
     ------
     SelectionError
-        If the expression is not one. Names it, the column, and what is allowed.
+        If it is no condition, or no row satisfies it. Says where it is wrong, or which
+        values there are.
     """
-    text = expression.strip()
-    try:
-        return _predicate(ast.parse(text, mode="eval").body)
-    except _Refused as error:
-        column, reason = error.column, str(error)
-    except SyntaxError as error:
-        column, reason = error.offset or 1, error.msg
-    except (ValueError, MemoryError, RecursionError):  # a NUL, or nested too deeply
-        column, reason = 1, "it cannot be read"
-    raise SelectionError(f"expression {text!r}, column {column}: {reason}; {ALLOWED}")
-
-
-def _predicate(node: ast.expr) -> Predicate:
-    match node:
-        case ast.BoolOp(op=ast.And(), values=values):
-            parts = [_predicate(value) for value in values]
-            return lambda row: all(part(row) for part in parts)
-        case ast.BoolOp(values=values):
-            parts = [_predicate(value) for value in values]
-            return lambda row: any(part(row) for part in parts)
-        case ast.UnaryOp(op=ast.Not(), operand=operand):
-            negated = _predicate(operand)
-            return lambda row: not negated(row)
-        case ast.Compare(left=left, ops=ops, comparators=rights):
-            lefts = [left, *rights]
-            parts = [
-                _comparison(*part) for part in zip(lefts, ops, rights, strict=False)
-            ]
-            return lambda row: all(part(row) for part in parts)
-    raise _Refused(node, f"{ast.unparse(node)} is no comparison")
-
-
-def _comparison(left: ast.expr, op: ast.cmpop, right: ast.expr) -> Predicate:
-    a, b = _operand(left), _operand(right)
-    pair = (a.kind, b.kind)
-    if isinstance(op, ast.In | ast.NotIn):
-        wanted = isinstance(op, ast.In)
-        if pair == ("set", "list of text"):
-            return lambda row: bool(set(a.value(row)) & set(b.value(row))) == wanted
-        if pair in (("text", "set"), ("text", "list of text")) or (
-            pair == ("number", "list of numbers")
-        ):
-            return lambda row: (a.value(row) in b.value(row)) == wanted
-    elif isinstance(op, ast.Eq | ast.NotEq) and sorted(pair) == ["set", "text"]:
-        wanted = isinstance(op, ast.Eq)
-        one, many = (a, b) if a.kind == "text" else (b, a)
-        return lambda row: (one.value(row) in many.value(row)) == wanted
-    elif type(op) in _COMPARISONS and pair in (("text", "text"), ("number", "number")):
-        compare = _COMPARISONS[type(op)]
-        return lambda row: bool(compare(a.value(row), b.value(row)))
-    sides = f"{ast.unparse(left)} is a {a.kind}, {ast.unparse(right)} a {b.kind}"
-    raise _Refused(left, f"cannot be compared like this: {sides}")
-
-
-def _operand(node: ast.expr) -> _Operand:
-    match node:
-        case ast.Name(id=name):
-            return _column(node, name)
-        case ast.List(elts=items) | ast.Tuple(elts=items) if items:
-            values = [_literal(item) for item in items]
-            if all(isinstance(value, str) for value in values):
-                return _Operand("list of text", lambda _: values)
-            if not any(isinstance(value, str) for value in values):
-                return _Operand("list of numbers", lambda _: values)
-            raise _Refused(node, "a list holds texts or numbers, not both")
-    value = _literal(node)
-    return _Operand("text" if isinstance(value, str) else "number", lambda _: value)
-
-
-def _column(node: ast.expr, name: str) -> _Operand:
-    if name in SETS:
-        return _Operand("set", SETS[name])
-    if name in TEXTS:
-        return _Operand("text", TEXTS[name])
-    if name in NUMBERS:
-        return _Operand("number", operator.attrgetter(name))
-    near = get_close_matches(name, [*SETS, *TEXTS, *NUMBERS], 1)
-    hint = f", perhaps {near[0]}" if near else "; text stands in quotes"
-    raise _Refused(node, f"there is no column {name}{hint}")
-
-
-def _literal(node: ast.expr) -> str | float:
-    match node:
-        case ast.Constant(value=str() | int() | float() as value):
-            if not isinstance(value, bool):
-                return value
-        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=value)):
-            if isinstance(value, int | float) and not isinstance(value, bool):
-                return -value
-    raise _Refused(node, f"{ast.unparse(node)} is no text, number or column")
-
-
-def check_values(expression: str, rows: Sequence[ManifestRow]) -> None:
-    """Refuse values that no row has, which are most likely misspelt.
-
-    Parameters
-    ----------
-    expression
-        An expression that `parse` takes.
-    rows
-        All rows.
-
-    Raises
-    ------
-    SelectionError
-        If it compares one of the columns `CLOSED` with such a value. Names those that
-        there are.
-    """
-    for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
-        if isinstance(node, ast.Compare):
-            sides = [node.left, *node.comparators]
-            for pair in pairwise(sides):
-                for name, other in (pair, pair[::-1]):
-                    if isinstance(name, ast.Name) and name.id in CLOSED:
-                        _check_value(name.id, other, rows)
-
-
-def _check_value(name: str, node: ast.expr, rows: Sequence[ManifestRow]) -> None:
-    texts = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
-    if not texts:
-        return
-    if name in SETS:
-        known = sorted({value for row in rows for value in SETS[name](row)})
-    else:
-        known = sorted({TEXTS[name](row) for row in rows})
-    for text in texts:
-        if text not in known:
-            near = get_close_matches(str(text), known, 1)
-            hint = f"perhaps {near[0]!r}; " if near else ""
+    with duckdb.connect(config=_SHUT) as connection:
+        relation = connection.from_arrow(_table(rows))
+        try:
+            found = relation.filter(where).project("id").fetchall()
+        except duckdb.Error as error:
             raise SelectionError(
-                f"no row has {name} {text!r}; {hint}there are "
-                f"{', '.join(value for value in known if value)}"
+                f"{where!r} is no condition on rows: {_said(error)}; columns: "
+                f"{', '.join(COLUMNS)}"
+            ) from error
+        if not found:
+            values = "; ".join(
+                f"{name}: {', '.join(_values(relation, name))}" for name in FEW_VALUES
             )
+            raise SelectionError(
+                f"none of {len(rows):,} rows satisfies {where!r}; there are {values}"
+            )
+    return {name for (name,) in found}
 
 
-# ---- selections
+def _table(rows: Sequence[ManifestRow]) -> pa.Table:
+    columns = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
+    columns["edit"] = [
+        json.loads(edit)["operator"] if edit else "" for edit in columns["edit"]
+    ]
+    return pa.table(columns, pa.schema([SCHEMA.field(name) for name in COLUMNS]))
+
+
+def _said(error: duckdb.Error) -> str:
+    """What DuckDB says, without the line that it drew."""
+    return " ".join(str(error).partition("\n\nLINE")[0].split())
+
+
+def _values(relation: duckdb.DuckDBPyRelation, name: str) -> list[str]:
+    """All values of a column, or in its lists."""
+    each = f"unnest({name})" if name in ("materials", "object_types") else name
+    found = relation.project(f"{each} as value").distinct().fetchall()
+    return sorted(value for (value,) in found if value)
 
 
 def select(
@@ -252,7 +124,7 @@ def select(
     split, kind
         Split and kind to keep; all if None.
     where
-        Expression, see ``parse``.
+        Condition in SQL, see `matching`.
     sample
         How many of these rows to draw at random. The draw belongs to the id, so it is
         always the same, and a smaller sample is the beginning of a larger one.
@@ -267,8 +139,8 @@ def select(
     Raises
     ------
     SelectionError
-        If an id or split is unknown, a number is not positive, or the expression is
-        none.
+        If an id or split is unknown, a number is not positive, or the condition is
+        none or holds for no row.
     """
     _check_ids(ids, rows)
     splits = sorted({row.split for row in rows})
@@ -277,16 +149,13 @@ def select(
     for name, number in (("sample", sample), ("limit", limit)):
         if number is not None and number < 1:
             raise SelectionError(f"{name} = {number}, must be at least 1")
-    wanted, holds = set(ids), parse(where) if where is not None else lambda _: True
+    wanted = set(ids) if ids else {row.id for row in rows}
     if where is not None:
-        check_values(where, rows)
+        wanted &= matching(rows, where)
     found = [
         row
         for row in rows
-        if (not wanted or row.id in wanted)
-        and split in (None, row.split)
-        and kind in (None, row.kind)
-        and holds(row)
+        if row.id in wanted and split in (None, row.split) and kind in (None, row.kind)
     ]
     if sample is not None:
         found = sorted(found, key=lambda r: draw("materialise", "sample", r.id))[

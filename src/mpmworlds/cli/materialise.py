@@ -28,17 +28,17 @@ more examples:
     mpmworlds materialise p0123 p0123-c4-n07
   how long 500 scenes with sand and something else would take, and how many bytes:
     mpmworlds materialise --split train --sample 500 --dry-run \\
-      --where "material == 'sand' and num_materials > 1"
+      --where "'sand' in materials and num_materials > 1"
   all of a small subset of the full corpus:
     mpmworlds materialise --config mini
   the samples of a list, on the Ray cluster that this machine is part of:
     mpmworlds materialise --ids test.txt --ray auto
 
-expressions:
-  material, object_type, seed     sets: == contains, != does not, in [..] has one of
-  id, kind, split, edit, family_id, parent_id      texts in quotes: edit == 'add_object'
-  num_objects, num_materials                       numbers
-  < <= > >= == !=   in [..]   not in [..]   and   or   not   ( )
+conditions, in SQL as DuckDB has it, on the columns
+  id, kind, split, family_id, parent_id, edit     edit = 'add_object'
+  seeds, materials, object_types                  'sand' in materials
+  num_objects, num_materials, motion, ceiling_mask_iou     motion > 0.2
+  scene (its YAML)                                contains(scene, 'conveyor')
 
 files in the store, besides the samples:
   failures.jsonl   samples that failed in the last run, why, after how many attempts;
@@ -91,7 +91,7 @@ def _add_selection(group: Any) -> None:
     group.add_argument("--ids", type=Path, metavar="FILE", help="more ids, one a line")
     group.add_argument("--split", metavar="NAME", help="rows of this split")
     group.add_argument("--kind", choices=KINDS, help="rows of this kind")
-    group.add_argument("--where", metavar="EXPR", help="rows that satisfy this")
+    group.add_argument("--where", metavar="CONDITION", help="rows that satisfy this")
     group.add_argument(
         "--sample", type=int, metavar="N", help="draw N of them, always the same ones"
     )
