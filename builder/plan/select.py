@@ -32,7 +32,8 @@ COLUMNS: Final = (
     "scene",
 )
 FEW_VALUES: Final = ("kind", "split", "edit", "materials", "object_types")
-_SHUT: Final = {  # a condition sees the rows and nothing else
+# A condition sees the rows and nothing else.
+_SHUT: Final[dict[str, str | bool | int | float | list[str]]] = {
     "enable_external_access": "false",
     "python_enable_replacements": "false",
     "lock_configuration": "true",
