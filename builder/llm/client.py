@@ -5,15 +5,26 @@ import json
 import logging
 import re
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 from mpmworlds.builder.llm.endpoint import KEY, NO_KEY, URL, Endpoint, Patience
+from mpmworlds.builder.llm.stream import BrokenOffError, Listen, gathered
 
 log = logging.getLogger(__name__)
 TRANSIENT: Final = {408, 409, 429}  # and all from 500 on
 NO_QUOTA: Final = "insufficient_quota"  # a 429 that waiting does not cure
 SHOWN: Final = 200  # characters of what a server says
+REFUSED: Final = {400, 415, 422, 501}  # of a request with what a server has not
+# What is asked for where the server has it, and how a refusal tells that it has not.
+EXTRAS: Final = {
+    "response_format": ("response_format", "schema", "grammar"),
+    "stream_options": ("stream_options", "include_usage"),
+    "stream": ("stream",),
+}
+ONLY_ONE: Final = re.compile(r"""['"`]n['"`]""")  # of the candidates per request
+STREAMED: Final = {"stream_options": {"include_usage": True}, "stream": True}
 
 
 class EndpointError(RuntimeError):
@@ -40,10 +51,14 @@ class Reply:
         The chat completion, with a list `choices`.
     retries
         Failed attempts before it.
+    structured
+        Whether the model was kept to the schema that was asked for, as far as the
+        server tells: it did not refuse to.
     """
 
     body: dict[str, Any]
     retries: int
+    structured: bool = False
 
 
 class Pace:
@@ -78,6 +93,8 @@ class Client:
         How often and how long to try.
     requests_per_minute
         Limit of attempts, retries among them [1/min].
+    response_format
+        What every answer shall be like, for servers that have it; see `structured`.
 
     Raises
     ------
@@ -90,6 +107,7 @@ class Client:
         endpoint: Endpoint,
         patience: Patience,
         requests_per_minute: float | None = None,
+        response_format: Mapping[str, Any] | None = None,
     ) -> None:
         try:
             from openai import OpenAI
@@ -107,14 +125,21 @@ class Client:
             timeout=patience.timeout,
             max_retries=0,  # retries are counted, paced and limited here
         )
+        form = {"response_format": response_format} if response_format else {}
+        self._extras: dict[str, Any] = form | STREAMED
+        self._one_by_one: dict[str, Any] = {}
+        self._answered = False
 
-    def ask(self, payload: dict[str, Any]) -> Reply:
+    def ask(self, payload: dict[str, Any], listen: Listen = lambda _: None) -> Reply:
         """Send one chat completion request, again and again if need be.
 
         Parameters
         ----------
         payload
             Arguments of the request: model, messages, n, seed, ...
+        listen
+            Called with the number of pieces that have come, while a server writes; with
+            0 when the request is sent.
 
         Returns
         -------
@@ -128,9 +153,10 @@ class Client:
             patience allows.
         """
         for failures in range(1, self._patience.attempts + 1):
-            self._pace.wait()
             try:
-                return Reply(self._attempt(payload), failures - 1)
+                body = self._attempt(payload, listen)
+                structured = "response_format" in self._extras
+                return Reply(body, failures - 1, structured)
             except _Again as again:
                 last = again
             if failures < self._patience.attempts:
@@ -152,34 +178,70 @@ class Client:
         )
         time.sleep(wait)
 
-    def _attempt(self, payload: dict[str, Any]) -> dict[str, Any]:
+    def _attempt(self, payload: dict[str, Any], listen: Listen) -> dict[str, Any]:
         import openai
 
-        create = self._openai.chat.completions.with_raw_response.create
-        try:
-            text = create(**payload).http_response.text
-        except openai.APIStatusError as error:
-            raise self._of_status(error) from error
-        except openai.APITimeoutError as error:
-            raise _Again(
-                f"no answer within {self._patience.timeout:g} s",
-                "raise --timeout, or ask for fewer candidates by --n",
-            ) from error
-        except openai.APIConnectionError as error:
-            raise _Again(
-                f"cannot be reached ({error.__cause__ or error})",
-                f"start the server, or set {URL} to the address of one that is "
-                "OpenAI-compatible, such as http://localhost:8000/v1",
-            ) from error
-        return _completion(text)
+        while True:
+            self._pace.wait()
+            listen(0)
+            try:
+                body = self._send(payload, listen)
+            except openai.APIStatusError as error:
+                if not self._does_without(error):
+                    raise self._of_status(error) from error
+            except openai.APITimeoutError as error:
+                raise _Again(
+                    f"no answer within {self._patience.timeout:g} s",
+                    "raise --timeout, or ask for fewer candidates by --n",
+                ) from error
+            except openai.APIConnectionError as error:
+                raise _Again(
+                    f"cannot be reached ({error.__cause__ or error})",
+                    f"start the server, or set {URL} to the address of one that is "
+                    "OpenAI-compatible, such as http://localhost:8000/v1",
+                ) from error
+            except openai.APIError as error:  # told in the midst of an answer
+                said = _shown(self._masked(error.message))
+                raise _Again(
+                    f"breaks off ({said})", "look at the server's log"
+                ) from error
+            except (BrokenOffError, json.JSONDecodeError) as error:
+                raise _Again(
+                    f"breaks off ({error})", "look at the server's log"
+                ) from error
+            else:
+                self._answered = True
+                return body
+
+    def _send(self, payload: dict[str, Any], listen: Listen) -> dict[str, Any]:
+        """Chat completion of a server that answers, in pieces or at once."""
+        create = self._openai.chat.completions.with_streaming_response.create
+        with create(**(payload | self._one_by_one), **self._extras) as answer:
+            if "text/event-stream" in answer.headers.get("content-type", ""):
+                return gathered(answer.parse(), listen)
+            return _completion(answer.read().decode("utf-8", "replace"))
+
+    def _does_without(self, error: Any) -> bool:
+        """Whether to ask again for less, because a server refuses what it has not."""
+        if self._answered or error.status_code not in REFUSED:
+            return False
+        said = error.response.text.lower()
+        for name, signs in EXTRAS.items():
+            if name in self._extras and any(sign in said for sign in signs):
+                del self._extras[name]
+                log.warning("%s: has no %s; asking without", self.endpoint, name)
+                return True
+        if ONLY_ONE.search(said) and not self._one_by_one:
+            self._one_by_one = {"n": 1}
+            log.warning("%s: gives one candidate per request", self.endpoint)
+            return True
+        return False
 
     def _of_status(self, error: Any) -> EndpointError | _Again:
         """What an HTTP status that is no success means."""
         status, body = error.status_code, error.body
         said = body.get("message") if isinstance(body, dict) else None
-        said = str(said or error.response.text or error.message)
-        if self.endpoint.api_key != NO_KEY:
-            said = without_key(said, self.endpoint.api_key)
+        said = self._masked(str(said or error.response.text or error.message))
         problem = f"answers {status} ({_shown(said)})"
         if status == 429 and error.code != NO_QUOTA:
             wait = _retry_after(error.response.headers)
@@ -195,6 +257,11 @@ class Client:
         elif status == 429:
             remedy = f"pay for more, or set {KEY} to another key"
         return EndpointError(f"{self.endpoint}: {problem}; {remedy}")
+
+    def _masked(self, said: str) -> str:
+        """What a server says, without the secret that it may repeat."""
+        key = self.endpoint.api_key
+        return said if key == NO_KEY else without_key(said, key)
 
 
 def without_key(text: str, key: str) -> str:

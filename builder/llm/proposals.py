@@ -8,6 +8,7 @@ from typing import Any, Final
 from mpmworlds.builder.llm.client import Client, EndpointError
 from mpmworlds.builder.llm.replies import Candidate, Rejection, read_choice
 from mpmworlds.builder.llm.request import Request, top_up
+from mpmworlds.builder.llm.stream import Listen
 from mpmworlds.builder.llm.tally import Tally
 from mpmworlds.builder.llm.transcript import Exchange, Transcript
 from mpmworlds.sim.scene.scene import Scene
@@ -79,12 +80,15 @@ class Asker:
         Where requests and tokens are counted.
     most
         Requests to make or look up at most; None for no limit.
+    listen
+        Told how many pieces of an answer have come, see `Client.ask`.
     """
 
     client: Client
     transcript: Transcript
     tally: Tally = field(default_factory=Tally)
     most: int | None = None
+    listen: Listen = lambda _: None
 
     def choices(self, request: Request) -> Iterator[tuple[str, int, Any]]:
         """Choices for a request, topped up where a server gives fewer than asked.
@@ -122,13 +126,19 @@ class Asker:
         reused = exchange is not None
         if exchange is None:
             try:
-                reply = self.client.ask(request.payload)
+                reply = self.client.ask(request.payload, self.listen)
             except EndpointError as error:
                 raise EndpointError(
                     f"{error}. {len(self.transcript)} replies are kept in "
                     f"{self.transcript.path}; run the same command again to go on"
                 ) from error
-            exchange = Exchange(request.key, request.payload, reply.body, reply.retries)
+            exchange = Exchange(
+                request.key,
+                request.payload,
+                reply.body,
+                reply.retries,
+                reply.structured,
+            )
             self.transcript.append(exchange)
         self.tally.add(exchange, reused=reused)
         return exchange

@@ -4,6 +4,8 @@ import re
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
+from markdown_it import MarkdownIt
+
 from mpmworlds.sim.scene.palette import is_exact, nearest
 from mpmworlds.sim.scene.scene import Scene, SceneError
 from mpmworlds.sim.scene.text import parse_yaml
@@ -20,7 +22,6 @@ Reason = Literal[
 ]
 YAML: Final = ("yaml", "yml")
 PYTHON: Final = ("python", "py", "python3")
-FENCE: Final = re.compile(r" {0,3}(`{3,}|~{3,})\s*([\w.+-]*)[^`]*$")
 THOUGHT: Final = re.compile(r"\A\s*<think>.*?</think>", re.DOTALL)
 SCENE: Final = re.compile(r"^schema:", re.MULTILINE)
 PROGRAM: Final = re.compile(r"^(def|import|from) ", re.MULTILINE)
@@ -111,8 +112,8 @@ def _read_text(text: str, source: str) -> Candidate | Rejection:
     except UnclosedError as error:
         return Rejection("truncated", str(error))
     scenes = [b.text for b in blocks if _is(b, YAML, SCENE)]
-    if not blocks and SCENE.match(text.lstrip()):
-        scenes = [text]  # the whole reply is the file
+    if not blocks and (SCENE.match(text.lstrip()) or text.lstrip().startswith("{")):
+        scenes = [text]  # the whole reply is the file, or the JSON of one
     if not scenes:
         if not blocks and DECLINED.search(text):
             return Rejection("refused", text.strip().splitlines()[0])
@@ -157,19 +158,16 @@ def fenced_blocks(text: str) -> list[Block]:
     UnclosedError
         If the last one does not end.
     """
-    blocks: list[Block] = []
-    fence, language, lines = "", "", list[str]()
-    for line in text.splitlines():
-        found = FENCE.match(line)
-        if not fence and found:
-            fence, language, lines = found[1], found[2].lower(), []
-        elif fence and line.strip().startswith(fence) and not line.strip(f" {fence}"):
-            blocks.append(Block(language, "\n".join(lines) + "\n"))
-            fence = ""
-        elif fence:
-            lines.append(line)
-    if fence:
-        raise UnclosedError(f"fenced block {len(blocks) + 1} does not end")
+    lines = re.sub(r"\r\n?", "\n", text).split("\n")  # as Markdown counts them
+    blocks = []
+    for token in MarkdownIt().parse(text):
+        if token.type != "fence" or token.map is None:
+            continue
+        first, end = token.map
+        if end - first < 2 or not lines[end - 1].strip(" >").startswith(token.markup):
+            raise UnclosedError(f"fenced block {len(blocks) + 1} does not end")
+        language = token.info.split(maxsplit=1)[0].lower() if token.info else ""
+        blocks.append(Block(language, token.content))
     return blocks
 
 

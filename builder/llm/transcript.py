@@ -34,12 +34,15 @@ class Exchange:
         What came back.
     retries
         Failed attempts before it came.
+    structured
+        Whether the model was kept to the schema of scenes.
     """
 
     key: str
     request: dict[str, Any]
     reply: dict[str, Any]
     retries: int
+    structured: bool = False
 
 
 class Transcript(Closing):

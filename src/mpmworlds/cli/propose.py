@@ -2,9 +2,6 @@
 
 import argparse
 import json
-import sys
-from dataclasses import asdict
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +10,8 @@ from mpmworlds.cli.common import (
     DONE,
     new_verb,
     parameters,
-    read_text,
     say,
 )
-
-CANDIDATES_PER_SCENE = 10  # bounds a run whose candidates are all turned down
 
 
 def add_propose(verbs: Any) -> None:
@@ -72,6 +66,13 @@ def _add_request_options(parser: Any) -> None:
         "--n", type=int, default=4, help="candidates per request (default 4)"
     )
     parser.add_argument("--temperature", type=float, help="default: the server's own")
+    parser.add_argument(
+        "--structured",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="ask the server to keep the model to the schema of scenes, if it can "
+        "(default); not with --programs",
+    )
     parser.add_argument("--max-tokens", type=int, help="default: the server's own")
     parser.add_argument(
         "--transcript",
@@ -82,8 +83,7 @@ def _add_request_options(parser: Any) -> None:
     parser.add_argument(
         "--max-requests",
         type=int,
-        help=f"give up after so many (default: for {CANDIDATES_PER_SCENE} candidates "
-        "per scene)",
+        help="give up after so many (default: for 10 candidates per scene)",
     )
     parser.add_argument("--requests-per-minute", type=float, help="default: no limit")
     parser.add_argument(
@@ -103,32 +103,31 @@ def _add_request_options(parser: Any) -> None:
 
 def propose(options: argparse.Namespace) -> int:
     """Ask until enough scenes are accepted, and write them."""
+    _check(options)
+    requests, known = _requests(options)
+    client = _client(options)  # which says what to install, if need be
+
+    from mpmworlds.builder.llm.collect import collect, most_requests
     from mpmworlds.builder.llm.transcript import Transcript
 
-    requests, known = _requests(options)
-    client = _client(options)
     path = options.transcript or options.out.with_suffix(".transcript.jsonl")
     with Transcript(path) as transcript:
-        tally = _collect(options, requests, known, client, transcript)
-    counts = tally.to_data()
-    if options.price_in is not None:
-        counts["price"] = round(tally.price(options.price_in, options.price_out), 6)
-    print(json.dumps(counts) if options.json else _table(options.out, counts))
-    if tally.accepted < options.count:
-        say(
-            f"{tally.accepted} of {options.count} scenes after {tally.requests} "
-            "requests; raise --max-requests, or look at --rejections"
+        tally = collect(
+            requests,
+            known,
+            client,
+            transcript,
+            options.out,
+            count=options.count,
+            most=options.max_requests or most_requests(options.count, options.n),
+            screen=options.screen,
+            rejections=options.rejections,
         )
-        return DOES_NOT_HOLD
-    return DONE
+    return _tell(options, tally)
 
 
-def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
-    """The requests of a run, and the scenes that count as known."""
-    from mpmworlds.builder.llm.endpoint import model_name
-    from mpmworlds.builder.llm.request import Sampling, child_requests, parent_requests
-    from mpmworlds.builder.seeds import load_seeds
-
+def _check(options: argparse.Namespace) -> None:
+    """Refuse options that do not go together."""
     if options.count < 1:
         raise ValueError(f"--count {options.count}: must be at least 1")
     if options.max_requests is not None and options.max_requests < 1:
@@ -139,6 +138,15 @@ def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
         raise ValueError("--parent: only with --kind children; drop one of the two")
     if options.manifest and not options.parent:
         raise ValueError("--manifest: only with --parent ID; name a root, or drop it")
+
+
+def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
+    """The requests of a run, and the scenes that count as known."""
+    from mpmworlds.builder.llm.endpoint import model_name
+    from mpmworlds.builder.llm.parents import read_parents
+    from mpmworlds.builder.llm.request import Sampling, child_requests, parent_requests
+    from mpmworlds.builder.seeds import load_seeds
+
     how = Sampling(
         model_name(options.model),
         parameters(options).root_seed,
@@ -149,131 +157,39 @@ def _requests(options: argparse.Namespace) -> tuple[Any, list[Any]]:
     )
     seeds = load_seeds()
     if options.kind == "parents":
-        requests = parent_requests(seeds, how)
-        parents = seeds
-    else:
-        given = options.parent
-        parents = _scenes(given, options.manifest) if given else seeds
-        requests = child_requests(parents, how)
+        return parent_requests(seeds, how), list(seeds.values())
+    parents = read_parents(options.parent, options.manifest) if options.parent else {}
     known = [*seeds.values(), *parents.values()]
-    return islice(requests, _most_requests(options)), known
-
-
-def _most_requests(options: argparse.Namespace) -> int:
-    most = -(-CANDIDATES_PER_SCENE * options.count // options.n)
-    return int(options.max_requests or most)
-
-
-def _scenes(names: list[str], manifest: Path | None) -> dict[str, Any]:
-    """Scenes of files by the files' names, which must differ, and of roots by id."""
-    from mpmworlds.sim.scene.scene import Scene
-
-    roots = [name for name in names if _is_root(name)]
-    scenes = _scenes_of_roots(roots, manifest) if roots else {}
-    for path in (Path(name) for name in names if name not in roots):
-        if path.stem in scenes:
-            raise ValueError(
-                f"--parent {path}: another parent is named {path.stem!r}; rename it"
-            )
-        scenes[path.stem] = Scene.from_yaml(read_text(path), str(path))
-    return scenes
-
-
-def _is_root(name: str) -> bool:
-    """Whether a name is the id of a seed or parent."""
-    from mpmworlds.splits.ids import SampleId, SampleIdError
-
-    try:
-        return SampleId.parse(name).family == name
-    except SampleIdError:
-        return False
-
-
-def _scenes_of_roots(names: list[str], manifest: Path | None) -> dict[str, Any]:
-    from mpmworlds.builder.plan.manifest import read_table, recorded_manifest
-    from mpmworlds.sim.scene.scene import Scene
-
-    path = manifest or recorded_manifest("full")
-    columns = read_table(path, ["id", "scene"]).to_pydict()
-    texts = dict(zip(columns["id"], columns["scene"], strict=True))
-    if missing := [name for name in names if name not in texts]:
-        raise LookupError(f"--parent {missing[0]}: is not in {path}")
-    return {name: Scene.from_yaml(texts[name], name) for name in names}
+    return child_requests(parents or seeds, how), known
 
 
 def _client(options: argparse.Namespace) -> Any:
     from mpmworlds.builder.llm.client import Client
     from mpmworlds.builder.llm.endpoint import Endpoint, Patience
+    from mpmworlds.builder.llm.structured import response_format
 
-    patience = Patience(attempts=options.attempts, timeout=options.timeout)
-    endpoint = Endpoint.from_environment()
-    return Client(endpoint, patience, options.requests_per_minute)
-
-
-def _collect(
-    options: argparse.Namespace,
-    requests: Any,
-    known: list[Any],
-    client: Any,
-    transcript: Any,
-) -> Any:
-    """Gather proposals and write them, also those before a failure; returns counts."""
-    from tqdm import tqdm  # type: ignore[import-untyped]
-
-    from mpmworlds.builder.llm.agreement import disagreements
-    from mpmworlds.builder.llm.proposals import Asker, Filter
-    from mpmworlds.builder.llm.proposals import propose as proposals_of
-
-    asker = Asker(client, transcript, most=options.max_requests)
-    chosen = Filter(_acceptor(options), disagreements, asker.tally)
-    chosen.know(known)
-    proposals: list[Any] = []
-    try:
-        with tqdm(
-            total=options.count, desc="propose", unit="scene", file=sys.stderr
-        ) as bar:
-            for proposal in proposals_of(requests, asker, chosen):
-                proposals.append(proposal)
-                bar.set_postfix(
-                    requests=asker.tally.requests, rejected=asker.tally.rejected.total()
-                )
-                bar.update()
-                if len(proposals) == options.count:
-                    break
-    finally:
-        if proposals or not options.out.exists():  # else what is there is worth more
-            _write(options.out, proposals)
-        if options.rejections:
-            _write(options.rejections, chosen.rejected)
-    return asker.tally
+    structured = options.structured and not options.programs
+    return Client(
+        Endpoint.from_environment(),
+        Patience(attempts=options.attempts, timeout=options.timeout),
+        options.requests_per_minute,
+        response_format() if structured else None,
+    )
 
 
-def _acceptor(options: argparse.Namespace) -> Any:
-    """What says why a valid scene is turned down."""
-    from mpmworlds.builder.plan.families import Screen
-    from mpmworlds.builder.plan.screen import fault
-    from mpmworlds.builder.plan.trials import append_journal, read_journal
-
-    if not options.screen:
-        return lambda scene: None
-    journal = options.out.with_suffix(".trials.jsonl")
-    screen = Screen(read_journal(journal))
-
-    def accept(scene: Any) -> str | None:
-        reason = fault(screen.findings(scene))
-        if screen.new:
-            append_journal(journal, screen.new)
-            screen.take()
-        return reason
-
-    return accept
-
-
-def _write(path: Path, items: list[Any]) -> None:
-    from mpmworlds.files.atomic import write_atomically
-
-    lines = [json.dumps(asdict(item), sort_keys=True) + "\n" for item in items]
-    write_atomically(path, "".join(lines).encode())
+def _tell(options: argparse.Namespace, tally: Any) -> int:
+    """Say what a run came to, and whether it is enough."""
+    counts = tally.to_data()
+    if options.price_in is not None:
+        counts["price"] = round(tally.price(options.price_in, options.price_out), 6)
+    print(json.dumps(counts) if options.json else _table(options.out, counts))
+    if tally.accepted >= options.count:
+        return DONE
+    say(
+        f"{tally.accepted} of {options.count} scenes after {tally.requests} "
+        "requests; raise --max-requests, or look at --rejections"
+    )
+    return DOES_NOT_HOLD
 
 
 def _table(out: Path, counts: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from itertools import zip_longest
 
 from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import BODY, OBSTACLE, scene_data
@@ -20,13 +21,20 @@ PROMPT_TOKENS, COMPLETION_TOKENS = 100, 10  # per request, and per choice
 
 @dataclass(frozen=True)
 class Act:
-    """An answer: wait [s], then drop the connection or send status, headers, text."""
+    """An answer: wait [s], then drop the connection or send status, headers, text.
+
+    A completion is streamed if that is asked for, unless it is to come `whole`, with a
+    `pause` [s] between its pieces, of which only the first so many are sent.
+    """
 
     text: str = ""
     status: int = 200
     headers: dict = field(default_factory=dict)
     wait: float = 0.0
     drop: bool = False
+    whole: bool = False
+    pause: float = 0.0
+    pieces: int | None = None
 
 
 def fails(**act):
@@ -34,8 +42,9 @@ def fails(**act):
     return lambda payload: Act(**act)
 
 
-def error(status, headers=None, code=None):
-    text = json.dumps({"error": {"message": f"status {status}", "code": code}})
+def error(status, headers=None, code=None, said=None):
+    message = said or f"status {status}"
+    text = json.dumps({"error": {"message": message, "code": code}})
     return fails(text=text, status=status, headers=headers or {})
 
 
@@ -55,9 +64,28 @@ def completion(*choices):
     return json.dumps({"id": "x", "choices": list(choices), "usage": usage})
 
 
-def says(*texts, finish="stop"):
+def says(*texts, finish="stop", **act):
     """An entry that answers with these choices, whatever n was asked for."""
-    return fails(text=completion(*(choice(text, finish) for text in texts)))
+    return fails(text=completion(*(choice(text, finish) for text in texts)), **act)
+
+
+def events(body, usage):
+    """Events of a completion: pieces of all choices by turns, the last one first."""
+    pieces = []
+    for index, chosen in reversed(list(enumerate(body["choices"]))):
+        text = chosen["message"].get("content") or ""
+        cuts = [text[i : i + 40] for i in range(0, len(text), 40)]
+        deltas = [{"role": "assistant"}, *({"content": cut} for cut in cuts)]
+        told = [{"index": index, "delta": delta} for delta in deltas]
+        told.append(
+            {"index": index, "delta": {}, "finish_reason": chosen["finish_reason"]}
+        )
+        pieces.append(told)
+    turns = [piece for turn in zip_longest(*pieces) for piece in turn if piece]
+    chunks = [{"id": body["id"], "choices": [piece]} for piece in turns]
+    if usage:
+        chunks.append({"id": body["id"], "choices": [], "usage": body["usage"]})
+    return [f"data: {json.dumps(chunk)}\n\n" for chunk in chunks] + ["data: [DONE]\n\n"]
 
 
 def tiny_scene(number=0):
@@ -80,6 +108,16 @@ def new_scenes(payload):
         for i in range(payload["n"])
     ]
     return Act(text=completion(*map(choice, texts)))
+
+
+def is_completion(act):
+    """Whether a server that is not broken would send this, so that it has pieces."""
+    if act.status != 200 or not act.text.startswith('{"id": "x", "choices"'):
+        return False
+    choices = json.loads(act.text)["choices"]
+    whole = [chosen for chosen in choices if isinstance(chosen, dict)]
+    sound = [chosen for chosen in whole if isinstance(chosen.get("message"), dict)]
+    return len(sound) == len(choices)
 
 
 class Server:
@@ -120,6 +158,9 @@ def serving(*script):
             body = act.text.encode()
             headers = {"Content-Type": "application/json"} | act.headers
             try:
+                if payload.get("stream") and not act.whole and is_completion(act):
+                    self.stream(act, payload)
+                    return
                 self.send_response(act.status)
                 for name, value in headers.items():
                     self.send_header(name, value)
@@ -128,6 +169,17 @@ def serving(*script):
                 self.wfile.write(body)
             except (BrokenPipeError, ConnectionResetError):
                 self.close_connection = True  # the client has given up
+
+        def stream(self, act, payload):
+            self.send_response(act.status)
+            self.send_header("Content-Type", "text/event-stream; charset=utf-8")
+            self.end_headers()  # the end of the connection is that of the answer
+            self.close_connection = True
+            usage = payload.get("stream_options", {}).get("include_usage")
+            for event in events(json.loads(act.text), usage)[: act.pieces]:
+                time.sleep(act.pause)
+                self.wfile.write(event.encode())
+                self.wfile.flush()
 
         def log_message(self, *arguments):
             pass

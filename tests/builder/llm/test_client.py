@@ -17,6 +17,7 @@ PAYLOAD = {
     "n": 2,
     "seed": 5,
 }
+SENT = PAYLOAD | {"stream": True, "stream_options": {"include_usage": True}}
 
 
 def client_of(server, patience=PATIENCE, per_minute=None):
@@ -31,7 +32,7 @@ def test_request_arrives_as_it_is_and_the_answer_comes_back():
     with serving(says("a", "b")) as server:
         reply = client_of(server).ask(PAYLOAD)
     assert (texts(reply), reply.retries) == (["a", "b"], 0)
-    assert server.payloads == [PAYLOAD]
+    assert server.payloads == [SENT]
     assert server.keys == {f"Bearer {KEY}"}
 
 
@@ -51,17 +52,21 @@ def test_request_arrives_as_it_is_and_the_answer_comes_back():
         fails(text="<html>", headers={"Content-Type": "text/html"}),
         fails(drop=True),
         fails(text="late", wait=1.0),
+        says("long", pieces=2),
+        says("long", pieces=0),
+        says("long", pieces=2, pause=0.2, wait=0.2),
     ],
     ids=[
         *("500", "503", "408", "409", "429", "garbage", "error body", "list"),
         *("no choices", "deep", "html", "connection closed", "timeout"),
+        *("breaks off", "empty stream", "breaks off late"),
     ],
 )
 def test_passing_failure_is_tried_again(failure):
     with serving(failure, says("a")) as server:
         reply = client_of(server).ask(PAYLOAD)
     assert (texts(reply), reply.retries) == (["a"], 1)
-    assert server.payloads == [PAYLOAD, PAYLOAD]
+    assert server.payloads == [SENT, SENT]
 
 
 def in_two_seconds():
@@ -220,6 +225,95 @@ def test_a_server_that_repeats_the_key_is_not_quoted():
 )
 def test_a_short_key_is_masked_only_where_it_stands_on_its_own(text, shown):
     assert without_key(text, "x") == shown
+
+
+def test_an_answer_may_take_longer_than_any_silence_in_it():
+    heard = []
+    with serving(says("word " * 80, "b", pause=0.05)) as server:
+        reply = client_of(server).ask(PAYLOAD, heard.append)
+    assert (texts(reply), reply.retries) == (["word " * 80, "b"], 0)
+    assert heard == list(range(len(heard)))
+    assert len(heard) > 14, "about one a piece, the first when the request is sent"
+    assert 0.05 * len(heard) > PATIENCE.timeout
+    assert reply.body["usage"] == {"prompt_tokens": 100, "completion_tokens": 20}
+
+
+def test_a_reply_that_is_cut_off_says_so():
+    with serving(says("half", finish="length")) as server:
+        (choice,) = client_of(server).ask(PAYLOAD).body["choices"]
+    assert choice["finish_reason"] == "length"
+
+
+def test_a_server_that_answers_in_one_piece_is_heard_too():
+    with serving(says("a", "b", whole=True)) as server:
+        assert texts(client_of(server).ask(PAYLOAD)) == ["a", "b"]
+
+
+def test_an_error_in_the_midst_of_an_answer_is_tried_again():
+    text = 'data: {"error": {"message": "out of memory"}}\n\n'
+    broken = fails(text=text, headers={"Content-Type": "text/event-stream"})
+    garbage = fails(text="data: {\n\n", headers={"Content-Type": "text/event-stream"})
+    with serving(broken, garbage, says("a")) as server:
+        assert client_of(server).ask(PAYLOAD).retries == 2
+    with serving(broken) as server, pytest.raises(EndpointError) as raised:
+        client_of(server).ask(PAYLOAD)
+    assert "breaks off (out of memory), 3 times in a row" in str(raised.value)
+
+
+FORM = {"type": "json_schema", "json_schema": {"name": "x", "schema": {}}}
+
+
+def refuses(*names):
+    """A server that has not all that may be asked for."""
+
+    def entry(payload):
+        for name in names:
+            if name in payload:
+                return error(400, said=f"unknown field {name!r}")(payload)
+        return says("a", whole="stream" in names)(payload)
+
+    return entry
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        (),
+        ("response_format",),
+        ("stream_options",),
+        ("stream_options", "stream"),
+        ("response_format", "stream_options", "stream"),
+    ],
+    ids=lambda names: " ".join(names) or "nothing",
+)
+def test_what_a_server_has_not_is_left_out_from_then_on(names):
+    with serving(refuses(*names)) as server:
+        client = Client(Endpoint(server.url, KEY), PATIENCE, response_format=FORM)
+        replies = [client.ask(PAYLOAD) for _ in range(2)]
+    assert [texts(reply) for reply in replies] == [["a"], ["a"]]
+    assert [reply.retries for reply in replies] == [0, 0]
+    assert [reply.structured for reply in replies] == [
+        "response_format" not in names
+    ] * 2
+    assert len(server.payloads) == len(names) + 2
+    everything = SENT | {"response_format": FORM}
+    assert server.payloads[0] == everything
+    left = {key: everything[key] for key in everything if key not in names}
+    assert server.payloads[-2:] == [left, left]
+
+
+def test_a_server_that_gives_one_candidate_per_request_is_asked_for_one():
+    def entry(payload):
+        if payload["n"] > 1:
+            return error(400, said="Field 'n': must be between 1 <= value <= 1")(
+                payload
+            )
+        return says("a")(payload)
+
+    with serving(entry) as server:
+        client = client_of(server)
+        assert texts(client.ask(PAYLOAD)) == texts(client.ask(PAYLOAD)) == ["a"]
+    assert [payload["n"] for payload in server.payloads] == [2, 1, 1]
 
 
 def test_no_secret_is_shown():

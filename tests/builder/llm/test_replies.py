@@ -1,5 +1,7 @@
 """A reply gives a valid scene in palette colours, or one typed reason why not."""
 
+import json
+
 import pytest
 
 from mpmworlds.builder.llm.replies import (
@@ -14,6 +16,7 @@ from tests.builder.llm.llm_server import choice, tiny_scene
 
 SCENE = tiny_scene()
 YAML = SCENE.to_yaml()
+JSON = json.dumps(SCENE.to_data(), indent=2)
 BLOCK = f"```yaml\n{YAML}```\n"
 PROGRAM = "import numpy\n\ndef frames():\n    yield 1\n"
 
@@ -35,10 +38,13 @@ def read(text, finish="stop"):
         BLOCK.replace("\n", "\r\n"),
         f"<think>Perhaps\n```yaml\na: 1\n```\n</think>{BLOCK}",
         f"{BLOCK}```json\n[1]\n```",
+        JSON,
+        f"<think>Perhaps {{}}</think>\n{JSON}",
     ],
     ids=[
         *("alone", "between prose", "yml", "tildes", "no language", "bare"),
         *("bare with blanks", "CRLF", "after thoughts", "beside others"),
+        *("JSON", "JSON after thoughts"),
     ],
 )
 def test_the_only_yaml_is_the_scene(text):
@@ -130,3 +136,14 @@ def test_fence_ends_only_with_one_as_long():
     ]
     with pytest.raises(UnclosedError, match="block 2 does not end"):
         fenced_blocks(f"{text}\n```\nopen")
+
+
+@pytest.mark.parametrize("odd", ["\u2028", "\x0b", "\x85", "\r", "\x00"])
+def test_odd_line_ends_hide_no_block(odd):
+    (block,) = fenced_blocks(f"a{odd}b\n\n```yaml\nc: 1\n```\n")
+    assert (block.language, block.text) == ("yaml", "c: 1\n")
+
+
+def test_a_block_in_a_list_or_a_quotation_is_one():
+    assert fenced_blocks("- one:\n  ```yaml\n  a: 1\n  ```\n")[0].text == "a: 1\n"
+    assert fenced_blocks("> ```yaml\n> a: 1\n> ```\n")[0].text == "a: 1\n"
