@@ -159,7 +159,7 @@ def fenced_blocks(text: str) -> list[Block]:
         If the last one does not end.
     """
     lines = re.sub(r"\r\n?", "\n", text).split("\n")  # as Markdown counts them
-    blocks = []
+    blocks: list[Block] = []
     for token in MarkdownIt().parse(text):
         if token.type != "fence" or token.map is None:
             continue

@@ -8,9 +8,12 @@ Any number of processes may use a store at once. Who is going to render a sample
 it by holding its ``.lock`` file, so that nobody else renders it, too.
 """
 
+import errno
 import hashlib
 import json
 import logging
+import os
+import shutil
 import tempfile
 from dataclasses import asdict, dataclass, fields
 from functools import cache
@@ -25,6 +28,12 @@ from mpmworlds.files.locks import Hold, hold, remove_abandoned
 from mpmworlds.sim.run.encode import CODEC, Frames, encode_mp4, frames_sha256
 
 LOCK: Final = ".lock"
+DAMAGED: Final = ".damaged"
+DAMAGE: Final = {  # what reading finds where something else has taken a file's place
+    errno.EISDIR,
+    errno.ELOOP,
+    errno.ENOTDIR,
+}
 CHECK: Final = "sha256_of_the_rest"  # key of a description's checksum
 _log = logging.getLogger(__name__)
 
@@ -136,8 +145,13 @@ class Store:
             video = base.with_suffix(".mp4").read_bytes()
         except FileNotFoundError:
             return None
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             _log.warning("%s.json: %s; it will be rendered again", base, error)
+            return None
+        except OSError as error:
+            if error.errno not in DAMAGE:
+                raise
+            _log.warning("%s; it will be rendered again", error)
             return None
         for suffix, data, expected in (
             (".py", program, program_sha256),
@@ -196,10 +210,16 @@ class Store:
             If there is no room. Nothing half-written stays behind.
         """
         base = self._base(sample.description.program_sha256)
-        record = _text(sample.description)
-        write_atomically(base.with_suffix(".py"), sample.program.encode())
-        write_atomically(base.with_suffix(".mp4"), sample.video)
-        write_atomically(base.with_suffix(".json"), record.encode())
+        _make_folder(base.parent)
+        for suffix, data in (
+            (".py", sample.program.encode()),
+            (".mp4", sample.video),
+            (".json", _text(sample.description).encode()),
+        ):
+            path = base.with_suffix(suffix)
+            if path.is_dir() and not path.is_symlink():  # else it can be replaced
+                _put_aside(path)
+            write_atomically(path, data)
 
     def has(self, program_sha256: str) -> bool:
         """Say whether there is an entry, without looking whether it is whole.
@@ -209,7 +229,7 @@ class Store:
         program_sha256
             SHA-256 of the program text.
         """
-        return self._base(program_sha256).with_suffix(".json").exists()
+        return self._base(program_sha256).with_suffix(".json").is_file()
 
     def claim(self, program_sha256: str) -> Hold | None:
         """Claim the right to render a sample, until the claim is released.
@@ -226,7 +246,7 @@ class Store:
         """
         base = self._base(program_sha256)
         with disk_errors_named(base):
-            base.parent.mkdir(parents=True, exist_ok=True)
+            _make_folder(base.parent)
             return hold(base.with_name(f".{base.name}{LOCK}"))
 
     def sweep(self) -> int:
@@ -239,13 +259,31 @@ class Store:
         int
             How many files were removed.
         """
-        hidden = [*self.root.glob(".*"), *self.root.glob("??/.*")]
+        folders = [path for path in self.root.glob("??") if path.is_dir()]
+        hidden = [path for f in (self.root, *folders) for path in f.glob(".*")]
         left = [path for path in hidden if path.suffix in (PART, LOCK)]
         return sum(remove_abandoned(path) for path in sorted(left))
 
     def _base(self, program_sha256: str) -> Path:
         key = text_sha256(f"{program_sha256}\n{renderer()}")
         return self.root / key[:2] / key
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder of a store, also where a file or a broken link has its name."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    if os.path.lexists(folder) and not folder.is_dir():
+        _put_aside(folder)
+    folder.mkdir(exist_ok=True)
+
+
+def _put_aside(path: Path) -> None:
+    """Give what has a name of the store another one, in place of what had that."""
+    aside = path.with_name(f".{path.name}{DAMAGED}")
+    _log.warning("%s: does not belong there; it is now %s", path, aside.name)
+    if aside.is_dir() and not aside.is_symlink():
+        shutil.rmtree(aside)
+    path.replace(aside)
 
 
 def _text(description: Description) -> str:

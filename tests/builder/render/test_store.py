@@ -1,8 +1,10 @@
 """The store keeps what it is given and does not trust what it finds."""
 
+import errno
 import json
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -88,6 +90,82 @@ def test_a_description_with_other_keys_counts_as_missing(entry, caplog):
     file_of(store, ".json").write_text(json.dumps({"framerate": 30}))
     assert store.get(text_sha256(program)) is None
     assert "must be a JSON object with the keys" in caplog.text
+
+
+def loop(path):
+    path.symlink_to(path.name)
+
+
+def folder(path):
+    path.mkdir()
+    (path / "kept").write_text("something of somebody's")
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".py", ".json"])
+@pytest.mark.parametrize("damage", [loop, folder])
+def test_what_is_no_file_counts_as_missing_and_is_put_in_order(
+    damage, suffix, entry, caplog
+):
+    store, program, frames = entry
+    path = file_of(store, suffix)
+    path.unlink()
+    damage(path)
+    assert store.get(text_sha256(program)) is None
+    assert "will be rendered again" in caplog.text
+    store.sweep()
+    with store.claim(text_sha256(program)):
+        store.put(program, frames, 30)
+    assert store.get(text_sha256(program)).program == program
+    if damage is folder:
+        (kept,) = store.root.rglob("kept")
+        assert kept.parent.name == f".{path.name}.damaged"
+
+
+@pytest.mark.parametrize("damage", [loop, lambda path: path.write_text("a file")])
+def test_what_is_no_folder_for_entries_counts_as_missing_and_is_put_in_order(
+    damage, entry, caplog
+):
+    store, program, frames = entry
+    shard = file_of(store, ".mp4").parent
+    shutil.rmtree(shard)
+    damage(shard)
+    assert not store.has(text_sha256(program))
+    assert store.get(text_sha256(program)) is None
+    store.sweep()
+    for _ in range(2):  # a second time there is one that was put aside before
+        with store.claim(text_sha256(program)):
+            store.put(program, frames, 30)
+        assert store.get(text_sha256(program)).program == program
+        shutil.rmtree(shard)
+        damage(shard)
+    assert "does not belong there; it is now" in caplog.text
+
+
+def test_a_folder_in_place_of_a_description_is_no_entry(entry):
+    store, program, _ = entry
+    path = file_of(store, ".json")
+    path.unlink()
+    folder(path)
+    assert not store.has(text_sha256(program))
+
+
+def test_a_description_that_is_nested_too_deeply_counts_as_missing(entry, caplog):
+    store, program, _ = entry
+    file_of(store, ".json").write_text("[" * 200_000)
+    assert store.get(text_sha256(program)) is None
+    assert "will be rendered again" in caplog.text
+
+
+def test_a_file_that_may_not_be_read_is_no_damage(entry, monkeypatch):
+    """Trouble of the machine is told, and nothing is rendered again for it."""
+    store, program, _ = entry
+
+    def refuse(path):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    with pytest.raises(PermissionError):
+        store.get(text_sha256(program))
 
 
 def test_frames_that_the_codec_would_change_are_not_stored(tmp_path):
