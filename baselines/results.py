@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
-from mpmworlds.files.closing import Closing
+from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.journal import Journal, JournalBusyError
 from mpmworlds.metrics import VERSION, Row, definition
 
@@ -162,7 +162,7 @@ def _hold_to(
             )
 
 
-class ResultsFile(Closing):
+class ResultsFile(Closeable):
     """A results file open for going on with, held by one process at a time.
 
     Parameters

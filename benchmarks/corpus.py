@@ -32,7 +32,7 @@ from mpmworlds.builder.render.store import Store
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.run.warm import WarmStart
 from mpmworlds.sim.scene.scene import Scene
-from mpmworlds.splits.draw import draw
+from mpmworlds.splits.uniform import uniform
 
 FAMILIES = 12
 CORPUS = 95_805
@@ -73,7 +73,7 @@ def _try_all(scenes: list[Scene]) -> None:
 
 def video_rate(manifest: Path, count: int, workers: int, ray: str | None) -> float:
     """Videos of rows drawn at random per second, into an empty store."""
-    rows = sorted(read_manifest(manifest), key=lambda row: draw("bench", "", row.id))
+    rows = sorted(read_manifest(manifest), key=lambda row: uniform("bench", "", row.id))
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder))
         start = time.monotonic()

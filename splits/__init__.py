@@ -3,7 +3,12 @@
 from mpmworlds.splits.assign import SPLITS, SplitParams, assign, split_of
 from mpmworlds.splits.ids import SampleId, SampleIdError
 from mpmworlds.splits.lists import ListParams, compute_lists
-from mpmworlds.splits.manifest import SplitListError, check, read_lists, write_lists
+from mpmworlds.splits.recorded_lists import (
+    SplitListError,
+    check,
+    read_lists,
+    write_lists,
+)
 from mpmworlds.splits.sample import weighted_sample
 
 __all__ = [

@@ -7,8 +7,8 @@ removed, without moving any other sample between splits.
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from mpmworlds.splits.draw import draw
 from mpmworlds.splits.ids import SampleId
+from mpmworlds.splits.uniform import uniform
 
 SPLITS = ("train", "modification_validation", "test")
 
@@ -69,10 +69,10 @@ def split_of(sample_id: str, params: SplitParams) -> str:
         If the id does not follow the grammar.
     """
     sample = SampleId.parse(sample_id)
-    family_draw = draw(params.salt, "test", sample.family)
+    family_draw = uniform(params.salt, "test", sample.family)
     if family_draw <= params.test_fraction and not sample.is_of_seed_family:
         return "test"
-    child_draw = draw(params.salt, "modification", sample.template)
+    child_draw = uniform(params.salt, "modification", sample.template)
     if child_draw <= params.modification_fraction and sample.child is not None:
         return "modification_validation"
     return "train"

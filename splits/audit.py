@@ -4,11 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from mpmworlds.splits.assign import SplitParams
+from mpmworlds.splits.audit_records import Finding, Record
 from mpmworlds.splits.duplicates import duplicate_findings
-from mpmworlds.splits.finding import Finding, Record
 from mpmworlds.splits.ids import SampleId, SampleIdError
 from mpmworlds.splits.lineage import lineage_findings
-from mpmworlds.splits.near import NEAR, near_findings
+from mpmworlds.splits.near_duplicates import NEAR, near_findings
 
 
 @dataclass(frozen=True)

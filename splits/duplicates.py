@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import Final
 
-from mpmworlds.splits.finding import Finding, Record
+from mpmworlds.splits.audit_records import Finding, Record
 
 DIGITS: Final = 2  # significant digits that are compared
 _WORD: Final = re.compile(  # a colour, the seed, or a number

@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-KINDS: Final = ("seed", "parent", "child", "perturbation")
+SAMPLE_KINDS: Final = ("seed", "parent", "child", "perturbation")
 
 _ID = re.compile(
     r"(?P<root>p(?:\d{4}|[1-9]\d{4,})|s(?:\d{2}|[1-9]\d{2,}))"
@@ -78,7 +78,7 @@ class SampleId:
 
     @property
     def kind(self) -> str:
-        """Which of `KINDS` the sample is."""
+        """Which of `SAMPLE_KINDS` the sample is."""
         if self.perturbation is not None:
             return "perturbation"
         if self.child is not None:

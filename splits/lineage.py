@@ -4,7 +4,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from mpmworlds.splits.assign import SplitParams, split_of
-from mpmworlds.splits.finding import Finding, Record
+from mpmworlds.splits.audit_records import Finding, Record
 from mpmworlds.splits.ids import SampleId, SampleIdError
 
 Named = list[tuple[SampleId, Record]]

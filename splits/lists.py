@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from mpmworlds.splits.assign import SPLITS, SplitParams, assign
-from mpmworlds.splits.ids import KINDS, SampleId
+from mpmworlds.splits.ids import SAMPLE_KINDS, SampleId
 from mpmworlds.splits.sample import weighted_order, weighted_sample
 
 EVALUATION: Final = {
@@ -98,9 +98,12 @@ class ListParams:
                 f"lists salt = {self.salt!r}, must be a non-empty text without NUL"
             )
         _check_counts("lists evaluation", self.evaluation, tuple(EVALUATION))
-        if not isinstance(self.weights, Mapping) or set(self.weights) != set(KINDS):
+        if not isinstance(self.weights, Mapping) or set(self.weights) != set(
+            SAMPLE_KINDS
+        ):
             raise ValueError(
-                f"lists weights = {self.weights}, must have the keys {', '.join(KINDS)}"
+                f"lists weights = {self.weights}, must have the keys "
+                f"{', '.join(SAMPLE_KINDS)}"
             )
         for kind, weight in self.weights.items():
             number = isinstance(weight, int | float) and math.isfinite(weight)

@@ -7,7 +7,7 @@ Information Processing Letters 97(5), algorithm A, with draws that belong to the
 import math
 from collections.abc import Iterable, Mapping
 
-from mpmworlds.splits.draw import draw
+from mpmworlds.splits.uniform import uniform
 
 
 def weighted_sample(
@@ -64,6 +64,6 @@ def weighted_order(
         weight = weights[name]
         if not (math.isfinite(weight) and weight >= 0):
             raise ValueError(f"id {name!r}: weight {weight}, must be finite and >= 0")
-        exponential = -math.log(draw(salt, "sample", name))
+        exponential = -math.log(uniform(salt, "sample", name))
         keys[name] = exponential / weight if weight else math.inf
     return [name for _, name in sorted((k, n) for n, k in keys.items() if k < math.inf)]

@@ -11,7 +11,7 @@ from mpmworlds.builder.recipes.tables import first_tables
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits import SampleId, SplitParams, split_of
-from mpmworlds.splits.finding import Record
+from mpmworlds.splits.audit_records import Record
 
 # Chosen so that p0001 and p0003 are in test, p0000-c1 and p0004-c0 are modifications.
 SPLIT = SplitParams("made-up-819", 0.4, 0.3)

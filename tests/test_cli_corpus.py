@@ -5,7 +5,7 @@ import yaml
 
 from mpmworlds.builder.plan.manifest import read_manifest
 from mpmworlds.files.checksums import files_below
-from mpmworlds.splits.manifest import read_lists
+from mpmworlds.splits.recorded_lists import read_lists
 from tests.small import PARAMS
 
 

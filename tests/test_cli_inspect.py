@@ -10,7 +10,7 @@ import yaml
 
 from mpmworlds.builder.plan.manifest import SCHEMA, text_sha256, write_manifest
 from mpmworlds.cli import main
-from mpmworlds.splits.near import NEAR
+from mpmworlds.splits.near_duplicates import NEAR
 from tests.made_up import SPLIT, rows
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from mpmworlds.builder.llm.client import Client, EndpointError
-from mpmworlds.builder.llm.replies import Candidate, Rejection, read_choice
+from mpmworlds.builder.llm.replies import Rejection, Suggestion, read_choice
 from mpmworlds.builder.llm.request import Request, top_up
 from mpmworlds.builder.llm.stream import Listen
 from mpmworlds.builder.llm.tally import Tally
@@ -214,7 +214,7 @@ class Filter:
             request.seeds, request.parent, edit, read.scene.to_yaml(), program
         )
 
-    def _program(self, key: str, number: int, read: Candidate) -> str | None:
+    def _program(self, key: str, number: int, read: Suggestion) -> str | None:
         """The one program of a candidate if it agrees with the scene."""
         if not read.programs:
             self.tally.programs["absent"] += 1

@@ -49,7 +49,7 @@ class Rejection:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Suggestion:
     """What a reply gives.
 
     Attributes
@@ -76,7 +76,7 @@ class UnclosedError(ValueError):
     """A fenced block does not end."""
 
 
-def read_choice(choice: Any, source: str) -> Candidate | Rejection:
+def read_choice(choice: Any, source: str) -> Suggestion | Rejection:
     """Read one choice of a chat completion.
 
     Parameters
@@ -88,7 +88,7 @@ def read_choice(choice: Any, source: str) -> Candidate | Rejection:
 
     Returns
     -------
-    Candidate or Rejection
+    Suggestion or Rejection
         The scene, or the first reason against it.
     """
     message = choice.get("message") if isinstance(choice, dict) else None
@@ -106,7 +106,7 @@ def read_choice(choice: Any, source: str) -> Candidate | Rejection:
     return _read_text(THOUGHT.sub("", text), source)
 
 
-def _read_text(text: str, source: str) -> Candidate | Rejection:
+def _read_text(text: str, source: str) -> Suggestion | Rejection:
     try:
         blocks = fenced_blocks(text)
     except UnclosedError as error:
@@ -129,7 +129,7 @@ def _read_text(text: str, source: str) -> Candidate | Rejection:
         scene = Scene.from_data(data, source)
     except SceneError as error:
         return Rejection("invalid_scene", str(error))
-    return Candidate(scene, tuple(b.text for b in blocks if _is(b, PYTHON, PROGRAM)))
+    return Suggestion(scene, tuple(b.text for b in blocks if _is(b, PYTHON, PROGRAM)))
 
 
 def _is(block: Block, languages: tuple[str, ...], content: re.Pattern[str]) -> bool:

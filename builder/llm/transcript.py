@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.files.closing import Closing
+from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.journal import Journal, JournalBusyError
 
 log = logging.getLogger(__name__)
@@ -45,7 +45,7 @@ class Exchange:
     structured: bool = False
 
 
-class Transcript(Closing):
+class Transcript(Closeable):
     """A transcript open for going on with, held by one process at a time.
 
     Parameters

@@ -253,7 +253,7 @@ def is_near(scene: Scene, others: Collection[Scene], distance: float) -> bool:
     return any(config_distance(scene, other) < distance for other in others)
 
 
-Task = tuple[Any, ...]  # a step, the root that it is done for, and what it takes
+Step = tuple[Any, ...]  # a step, the root that it is done for, and what it takes
 
 
 @dataclass(frozen=True)
@@ -291,7 +291,7 @@ class Family:
     trials: dict[str, Findings]
 
 
-def carry_out(planner: Planner, task: Task) -> Any:
+def carry_out(planner: Planner, task: Step) -> Any:
     """Do one step of a plan, in a process that did others before.
 
     Parameters

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mpmworlds.files.parquet import write_parquet
-from mpmworlds.splits.ids import KINDS
+from mpmworlds.splits.ids import SAMPLE_KINDS
 
 
 class ManifestError(ValueError):
@@ -30,7 +30,7 @@ class ManifestRow:
     id
         Stable name that says the lineage, e.g. ``p0123-c4-n07``.
     kind
-        A member of ``KINDS``.
+        A member of ``SAMPLE_KINDS``.
     parent_id
         Id of the row it was made from, "" for seeds and parents.
     family_id
@@ -241,9 +241,10 @@ def _check_rows(rows: Sequence[ManifestRow], source: str) -> None:
         if row.id in seen:
             raise ManifestError(f"{where}: occurs twice, ids must be unique")
         seen.add(row.id)
-        if row.kind not in KINDS:
+        if row.kind not in SAMPLE_KINDS:
             raise ManifestError(
-                f"{where}: kind = {row.kind!r}, must be one of {', '.join(KINDS)}"
+                f"{where}: kind = {row.kind!r}, must be one of "
+                f"{', '.join(SAMPLE_KINDS)}"
             )
         if text_sha256(row.scene) != row.scene_sha256:
             raise ManifestError(

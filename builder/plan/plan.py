@@ -26,7 +26,7 @@ from mpmworlds.builder.plan.families import (
     Family,
     Planner,
     Screen,
-    Task,
+    Step,
     Templates,
     carry_out,
     is_near,
@@ -77,7 +77,7 @@ class _Work:
     profile: Profile
     parts: Path
     journal: Path
-    executor: Executor[Task, Any]
+    executor: Executor[Step, Any]
     known: set[str]  # keys of trials that need no journal any more
     found: dict[str, Findings]  # of all trials that the plan rests on
 
@@ -270,7 +270,7 @@ def _sources_sha256() -> str:
 
 def _run(work: _Work, step: str, jobs: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
     """Results of a step as they are done."""
-    tasks: list[Task] = [(step, *job) for job in jobs]
+    tasks: list[Step] = [(step, *job) for job in jobs]
     done = carry_out_all(work.executor, tasks, lambda task: str(task[1]))
     return (result for _, result in done)
 

@@ -13,7 +13,7 @@ import duckdb
 import pyarrow as pa
 
 from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow
-from mpmworlds.splits.draw import draw
+from mpmworlds.splits.uniform import uniform
 
 COLUMNS: Final = (
     "id",
@@ -159,7 +159,7 @@ def select(
         if row.id in wanted and split in (None, row.split) and kind in (None, row.kind)
     ]
     if sample is not None:
-        found = sorted(found, key=lambda r: draw("materialise", "sample", r.id))[
+        found = sorted(found, key=lambda r: uniform("materialise", "sample", r.id))[
             :sample
         ]
     return found[:limit]

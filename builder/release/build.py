@@ -37,7 +37,7 @@ from mpmworlds.files.checksums import (
 from mpmworlds.files.disk import disk_errors_named
 from mpmworlds.files.locks import hold
 from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.manifest import write_lists
+from mpmworlds.splits.recorded_lists import write_lists
 
 _NOTES: Final = ".build"
 _PARTS: Final = ("data", "splits", "README.md", CHECKSUMS)  # of a release

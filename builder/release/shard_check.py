@@ -16,14 +16,14 @@ from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4, frames_sha256
 from mpmworlds.sim.scene.errors import SceneError
 from mpmworlds.sim.scene.scene import Scene
-from mpmworlds.splits.draw import draw
+from mpmworlds.splits.uniform import uniform
 
-Row = Mapping[str, Any]
+ShardRow = Mapping[str, Any]
 LINKED: Final = 1000  # rows of a file of recipes whose programs are linked, about
 
 
 @dataclass(frozen=True)
-class Candidate:
+class ToSimulate:
     """A row that may be simulated again; the ones of least rank are."""
 
     rank: str
@@ -55,7 +55,7 @@ class ShardReport:
     findings: list[str] = field(default_factory=list)
     ids: list[str] = field(default_factory=list)
     recipes: dict[str, str] = field(default_factory=dict)
-    candidates: list[Candidate] = field(default_factory=list)
+    candidates: list[ToSimulate] = field(default_factory=list)
 
 
 def check_shard(root: Path, name: str, salt: str, resimulate: int) -> ShardReport:
@@ -111,7 +111,7 @@ def _count_rows(path: Path) -> int:
 
 
 def _check_row(
-    row: Row, file: str, salt: str, share: float, report: ShardReport
+    row: ShardRow, file: str, salt: str, share: float, report: ShardReport
 ) -> None:
     sample_id = row["id"]
     report.ids.append(sample_id)
@@ -120,7 +120,7 @@ def _check_row(
     rendered = report.config != RECIPES
     where = f"{file}: {sample_id}"
     found = [*_scene_findings(row)]
-    if draw(salt, "link", sample_id) <= share:
+    if uniform(salt, "link", sample_id) <= share:
         found += _link_findings(row)
     found += _rendered_findings(row) if rendered else ()
     report.findings += [f"{where}: {text}" for text in found]
@@ -129,16 +129,16 @@ def _check_row(
     if rendered:
         rank = hashlib.sha256(f"{salt}{sample_id}".encode()).hexdigest()
         report.candidates.append(
-            Candidate(rank, sample_id, row["program"], row["frames_sha256"])
+            ToSimulate(rank, sample_id, row["program"], row["frames_sha256"])
         )
 
 
-def _scene_findings(row: Row) -> Iterator[str]:
+def _scene_findings(row: ShardRow) -> Iterator[str]:
     if text_sha256(row["scene"]) != row["scene_sha256"]:
         yield "its scene is not the one that scene_sha256 names"
 
 
-def _link_findings(row: Row) -> Iterator[str]:
+def _link_findings(row: ShardRow) -> Iterator[str]:
     try:
         program = link(Scene.from_yaml(row["scene"], source=row["id"]))
     except SceneError as error:
@@ -148,7 +148,7 @@ def _link_findings(row: Row) -> Iterator[str]:
         yield "its scene links to another program than program_sha256 names"
 
 
-def _rendered_findings(row: Row) -> Iterator[str]:
+def _rendered_findings(row: ShardRow) -> Iterator[str]:
     if text_sha256(row["program"]) != row["program_sha256"]:
         yield "its program is not the one that program_sha256 names"
     try:

@@ -6,7 +6,7 @@ from pathlib import Path
 from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCard
 
-from mpmworlds.builder.release.shard_check import Candidate, ShardReport, check_shard
+from mpmworlds.builder.release.shard_check import ShardReport, ToSimulate, check_shard
 from mpmworlds.builder.release.shards import RECIPES
 from mpmworlds.builder.render.executors import results_of
 from mpmworlds.files.checksums import (
@@ -19,7 +19,7 @@ from mpmworlds.files.checksums import (
 from mpmworlds.sim.run.encode import frames_sha256
 from mpmworlds.sim.run.run import run
 from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.manifest import SplitListError, read_lists
+from mpmworlds.splits.recorded_lists import SplitListError, read_lists
 
 _Task = tuple[Path, str, str, int]  # arguments of `check_shard`
 
@@ -150,7 +150,7 @@ def _list_findings(root: Path, reports: Sequence[ShardReport]) -> Iterator[str]:
             yield f"{root}: {sample_id} of splits/{name}.txt is not in the rows"
 
 
-def _resimulation_findings(candidate: Candidate) -> Iterator[str]:
+def _resimulation_findings(candidate: ToSimulate) -> Iterator[str]:
     outcome = run(candidate.program)
     start = f"{candidate.id}: simulated again"
     if outcome.status != "ok":

@@ -24,7 +24,7 @@ from typing import Any, Final, Generic, TypeVar
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.files.closing import Closing
+from mpmworlds.files.closeable import Closeable
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -45,7 +45,7 @@ class Lost:
     reason: str
 
 
-class Executor(Closing, Generic[T, R]):
+class Executor(Closeable, Generic[T, R]):
     """Carries out a function; a context, at whose end all its processes end."""
 
     @property

@@ -32,7 +32,7 @@ ATTEMPTS: Final = 3  # starts of a sample whose process is killed
 POLL: Final = 0.5  # seconds between looks at what another run is rendering
 
 
-class Task(Protocol):
+class Renderable(Protocol):
     """What is rendered: a manifest row, or a program that is linked already."""
 
     @property
@@ -44,7 +44,7 @@ class Task(Protocol):
         """SHA-256 of its program text."""
 
 
-T = TypeVar("T", bound=Task)
+T = TypeVar("T", bound=Renderable)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import pyarrow.compute as pc
 from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow
 from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.ids import KINDS
+from mpmworlds.splits.ids import SAMPLE_KINDS
 from mpmworlds.splits.scenes import recorded_scene
 from mpmworlds.splits.similarity import structure
 
@@ -135,7 +135,7 @@ def count_table(table: pa.Table) -> Statistics:
     return Statistics(
         scenes=len(table),
         families=len(pc.unique(table["family_id"])),
-        kinds=_counts(table["kind"], KINDS),
+        kinds=_counts(table["kind"], SAMPLE_KINDS),
         splits=_counts(table["split"], SPLITS),
         median_objects=float(np.median(objects)),
         mean_objects=float(objects.mean()),

@@ -15,7 +15,7 @@ from mpmworlds.builder.statistics.targets import (
 )
 
 Columns = Mapping[str, Statistics]
-Row = list[str]
+Cells = list[str]
 
 
 def statistics_table(columns: Columns, structures: Structures) -> str:
@@ -74,7 +74,7 @@ def statistics_data(columns: Columns, structures: Structures) -> dict[str, Any]:
     }
 
 
-def _published(columns: Columns) -> list[Row]:
+def _published(columns: Columns) -> list[Cells]:
     """What the paper publishes too, with its values in the last column."""
     rows = [["", *columns, "paper"]]
     for name, count in PAPER_COUNTS.items():
@@ -90,7 +90,7 @@ def _section(
     title: str,
     columns: Columns,
     counts_of: Callable[[Statistics], Mapping[Any, int]],
-) -> list[Row]:
+) -> list[Cells]:
     """Counts under a title; those of the whole corpus with their shares."""
     counts = [counts_of(found) for found in columns.values()]
     scenes = [found.scenes for found in columns.values()]
@@ -104,7 +104,7 @@ def _section(
     return rows
 
 
-def _matter(columns: Columns) -> list[Row]:
+def _matter(columns: Columns) -> list[Cells]:
     """Matter of templates by family, beside what was read from the paper's figure."""
     read = {mix.family: f"{mix.read:.1%}*" for mix in MIX}
     rows = [["matter of templates by family", *[""] * len(columns), ""]]
@@ -117,7 +117,7 @@ def _matter(columns: Columns) -> list[Row]:
     return rows
 
 
-def _aligned(sections: list[list[Row]]) -> list[str]:
+def _aligned(sections: list[list[Cells]]) -> list[str]:
     """Sections as text, their columns below each other."""
     rows = [row for section in sections for row in section]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -17,7 +17,7 @@ from contextlib import suppress
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from mpmworlds.files.closing import Closing
+from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.scratch import Scratch
 from mpmworlds.sim.run.run import (
     MEMORY,
@@ -34,7 +34,7 @@ SHARING = 64  # programs that share kernels; more would be slower to look up
 GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
 
 
-class WarmStart(Closing):
+class WarmStart(Closeable):
     """Forks programs from a process that is kept.
 
     Parameters
@@ -95,7 +95,10 @@ class WarmStart(Closing):
             If the process that is kept dies, and also the one that takes its place.
         """
         start = time.monotonic()
-        with tempfile.TemporaryDirectory(dir=self._scratch.path) as folder:
+        with tempfile.TemporaryDirectory(
+            dir=self._scratch.path,
+            ignore_cleanup_errors=True,  # one that is killed may write while it dies
+        ) as folder:
             path, log = Path(folder) / "program.py", Path(folder) / "log"
             path.write_text(program_text, "utf-8")
             received = Received()

@@ -57,15 +57,17 @@ class _Loader(yaml.SafeLoader):
         return int(self.construct_scalar(node))
 
 
-KINDS = {f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "str", "null", "bool")}
+YAML_TAGS = {
+    f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "str", "null", "bool")
+}
 _Loader.yaml_implicit_resolvers = {
-    first: [(tag, rule) for tag, rule in rules if tag in KINDS]
+    first: [(tag, rule) for tag, rule in rules if tag in YAML_TAGS]
     for first, rules in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
 _Loader.yaml_constructors = {
     tag: construct
     for tag, construct in yaml.SafeLoader.yaml_constructors.items()
-    if tag in KINDS | {"tag:yaml.org,2002:float", None}  # None refuses other tags
+    if tag in YAML_TAGS | {"tag:yaml.org,2002:float", None}  # None refuses other tags
 }
 _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_decimal)
 _Loader.add_implicit_resolver(

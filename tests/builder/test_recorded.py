@@ -17,7 +17,7 @@ from mpmworlds.cli import main
 from mpmworlds.files.checksums import sha256_of_file
 from mpmworlds.splits.assign import split_of
 from mpmworlds.splits.ids import SampleId
-from mpmworlds.splits.manifest import read_lists
+from mpmworlds.splits.recorded_lists import read_lists
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "builder/recorded"

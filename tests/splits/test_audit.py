@@ -11,7 +11,7 @@ from mpmworlds.builder.recipes.tables import first_tables
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.audit import audit
 from mpmworlds.splits.duplicates import rough_text
-from mpmworlds.splits.near import NEAR, Template
+from mpmworlds.splits.near_duplicates import NEAR, Template
 from mpmworlds.splits.similarity import (
     config_distance,
     first_frame_distance,

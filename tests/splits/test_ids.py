@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mpmworlds.splits import SampleId, SampleIdError
-from mpmworlds.splits.ids import KINDS
+from mpmworlds.splits.ids import SAMPLE_KINDS
 
 families = st.one_of(
     st.integers(0, 20_000).map(lambda number: f"p{number:04d}"),
@@ -58,7 +58,7 @@ def test_template_and_family_are_read_from_the_id(text, template, family):
 def test_kind_and_origin_are_read_from_the_id(text, kind, made_from):
     sample = SampleId.parse(text)
     assert (sample.kind, sample.made_from) == (kind, made_from)
-    assert kind in KINDS
+    assert kind in SAMPLE_KINDS
 
 
 @pytest.mark.parametrize(

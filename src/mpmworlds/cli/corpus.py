@@ -123,7 +123,7 @@ def splits(options: argparse.Namespace) -> int:
     """Record or check the lists of a corpus."""
     from mpmworlds.builder.plan.manifest import read_table
     from mpmworlds.builder.plan.profile import sample_ids
-    from mpmworlds.splits.manifest import differences, read_lists, write_lists
+    from mpmworlds.splits.recorded_lists import differences, read_lists, write_lists
 
     params = parameters(options)
     profile = params.profile(options.config)
@@ -145,7 +145,7 @@ def splits(options: argparse.Namespace) -> int:
 
 def _recorded_lists(options: argparse.Namespace) -> Path:
     """Folder of the lists that come with the package."""
-    from mpmworlds.splits.manifest import RECORDED
+    from mpmworlds.splits.recorded_lists import RECORDED
 
     if not options.check:
         raise ValueError("--dir: is missing; name the folder to write the lists to")

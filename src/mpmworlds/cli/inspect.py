@@ -119,8 +119,8 @@ def audit(options: argparse.Namespace) -> int:
     """Look for leaks between the splits of a corpus."""
     from mpmworlds.builder.plan.manifest import read_table
     from mpmworlds.splits.audit import audit as run_audit
-    from mpmworlds.splits.finding import Record
-    from mpmworlds.splits.near import NEAR
+    from mpmworlds.splits.audit_records import Record
+    from mpmworlds.splits.near_duplicates import NEAR
 
     manifest = _manifest(options)
     if not options.config:

@@ -85,12 +85,12 @@ def add_materialise(verbs: Any) -> None:
 
 
 def _add_selection(group: Any) -> None:
-    from mpmworlds.splits.ids import KINDS
+    from mpmworlds.splits.ids import SAMPLE_KINDS
 
     group.add_argument("id", nargs="*", metavar="ID", help="ids of samples")
     group.add_argument("--ids", type=Path, metavar="FILE", help="more ids, one a line")
     group.add_argument("--split", metavar="NAME", help="rows of this split")
-    group.add_argument("--kind", choices=KINDS, help="rows of this kind")
+    group.add_argument("--kind", choices=SAMPLE_KINDS, help="rows of this kind")
     group.add_argument("--where", metavar="CONDITION", help="rows that satisfy this")
     group.add_argument(
         "--sample", type=int, metavar="N", help="draw N of them, always the same ones"

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.files.closing import Closing
+from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.disk import disk_errors_named
 
 
@@ -40,7 +40,7 @@ class JournalBusyError(ValueError):
     """Another process is writing the file."""
 
 
-class Journal(Closing):
+class Journal(Closeable):
     """A file of lines open for going on with, held by one process at a time.
 
     Parameters

@@ -12,10 +12,10 @@ import fcntl
 import os
 from pathlib import Path
 
-from mpmworlds.files.closing import Closing
+from mpmworlds.files.closeable import Closeable
 
 
-class Hold(Closing):
+class Hold(Closeable):
     """A held file; made by ``hold``.
 
     Attributes

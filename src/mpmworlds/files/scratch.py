@@ -13,7 +13,7 @@ import weakref
 from pathlib import Path
 from typing import Final
 
-from mpmworlds.files.closing import Closing
+from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.locks import Hold, hold
 
 PREFIX: Final = "mpmworlds-"
@@ -21,7 +21,7 @@ _HELD: Final = ".held"
 _PATIENCE: Final = 5.0  # seconds
 
 
-class Scratch(Closing):
+class Scratch(Closeable):
     """A new folder, removed when it is closed, or no longer used.
 
     Attributes

@@ -87,7 +87,7 @@ def test_a_reply_that_is_cut_short_by_the_schema_is_read_as_json(address):
     """What the server's grammar lets through is JSON of a scene's outer form."""
     from openai import OpenAI
 
-    from mpmworlds.builder.llm.replies import Candidate, Rejection, read_choice
+    from mpmworlds.builder.llm.replies import Rejection, Suggestion, read_choice
     from mpmworlds.builder.llm.structured import response_format
 
     answer = OpenAI(base_url=address, api_key="x").chat.completions.create(
@@ -102,7 +102,7 @@ def test_a_reply_that_is_cut_short_by_the_schema_is_read_as_json(address):
     if choice["finish_reason"] == "stop":
         data = json.loads(choice["message"]["content"])
         assert data["schema"] == "mpmworlds-scene/1"
-        assert isinstance(read, Candidate) or read.reason == "invalid_scene"
+        assert isinstance(read, Suggestion) or read.reason == "invalid_scene"
     else:
         assert isinstance(read, Rejection)
         assert read.reason == "truncated"

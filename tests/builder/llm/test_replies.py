@@ -5,8 +5,8 @@ import json
 import pytest
 
 from mpmworlds.builder.llm.replies import (
-    Candidate,
     Rejection,
+    Suggestion,
     UnclosedError,
     fenced_blocks,
     read_choice,
@@ -49,7 +49,7 @@ def read(text, finish="stop"):
 )
 def test_the_only_yaml_is_the_scene(text):
     found = read(text)
-    assert isinstance(found, Candidate), found
+    assert isinstance(found, Suggestion), found
     assert found.scene == SCENE
     assert found.programs == ()
 

@@ -20,7 +20,7 @@ from mpmworlds.sim.run.encode import encode_mp4
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.palette import PALETTE
 from mpmworlds.sim.scene.scene import Scene
-from mpmworlds.splits.manifest import read_lists, write_lists
+from mpmworlds.splits.recorded_lists import read_lists, write_lists
 
 SCENE = """
 schema: mpmworlds-scene/1

@@ -5,7 +5,7 @@ import hashlib
 _STEPS = 1 << 53  # as many as a double's mantissa tells apart, so draws are exact
 
 
-def draw(salt: str, purpose: str, name: str) -> float:
+def uniform(salt: str, purpose: str, name: str) -> float:
     """Return the uniform number in (0, 1] that belongs to a name.
 
     Parameters

@@ -14,7 +14,7 @@ import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.sim.scene.scene import Scene
-from mpmworlds.splits.finding import Finding, Record
+from mpmworlds.splits.audit_records import Finding, Record
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.scenes import recorded_scene
 from mpmworlds.splits.similarity import (
