@@ -87,7 +87,7 @@ def test_stats_draw_a_figure(command, manifest, tmp_path):
 def test_profile_without_a_recorded_manifest_says_how_to_make_one(verb, command):
     status, out, err = command(verb, "--config", "made_up")
     assert (status, out) == (2, "")
-    assert "there is no recorded manifest of 'made_up', only of ['full']" in err
+    assert "there is no recorded manifest of 'made_up', only of ['full', 'tiny']" in err
     assert "mpmworlds plan --config made_up --out FILE" in err
 
 

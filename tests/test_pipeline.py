@@ -23,8 +23,8 @@ ROOT = Path(__file__).resolve().parents[1]
 pytestmark = pytest.mark.skipif(
     not (ROOT / ".git").exists(), reason="needs a git checkout, to see what is in git"
 )
-STAGES = ["plan", "split", "materialise", "build", "evaluate"]  # of the tiny corpus
-FULL = ["plan-full", "split-full", "audit-full", "statistics-full"]
+STAGES = ["plan@tiny", "split@tiny", "materialise", "build", "evaluate"]  # of tiny
+FULL = ["plan@full", "split@full", "audit-full", "statistics-full"]
 
 
 class Checkout:
@@ -65,8 +65,8 @@ class Checkout:
 
     def repro(self):
         """Return the stages that ran, of those that the tiny results need."""
-        out = self.dvc("repro", "split", "evaluate")
-        return re.findall(r"^Running stage '(\w+)'", out, re.MULTILINE)
+        out = self.dvc("repro", "split@tiny", "evaluate")
+        return re.findall(r"^Running stage '([\w@]+)'", out, re.MULTILINE)
 
     def set(self, old, new):
         """Change one place of params.yaml."""
@@ -82,6 +82,17 @@ class Checkout:
 @pytest.fixture
 def checkout(tmp_path):
     return Checkout(tmp_path)
+
+
+def stages_of(text):
+    """Return the stages of dvc.yaml, those for each corpus one by one."""
+    stages = {}
+    for name, stage in yaml.safe_load(text)["stages"].items():
+        for item in stage.get("foreach", [None]):
+            full = name if item is None else f"{name}@{item}"
+            told = json.dumps(stage.get("do", stage)).replace("${item}", str(item))
+            stages[full] = json.loads(told)
+    return stages
 
 
 def outs_of(stage):
@@ -104,7 +115,7 @@ def out_of_step(status, absent):
 
 
 def test_lock_is_in_step_with_sources_parameters_and_commands(checkout):
-    stages = yaml.safe_load(checkout.read("dvc.yaml"))["stages"]
+    stages = stages_of(checkout.read("dvc.yaml"))
     locked = yaml.safe_load(checkout.read("dvc.lock"))["stages"]
     assert set(stages) == set(locked) == {*FULL, *STAGES}
     outs = {out for stage in stages.values() for out in outs_of(stage)}
@@ -119,7 +130,7 @@ def test_lock_is_in_step_with_sources_parameters_and_commands(checkout):
 
 
 def test_every_dependency_and_small_output_is_in_git():
-    stages = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
+    stages = stages_of((ROOT / "dvc.yaml").read_text())
     listed = ["git", "ls-files", "-co", "--exclude-standard"]
     done = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True)
     files = set(done.stdout.splitlines())
@@ -133,16 +144,16 @@ def test_every_dependency_and_small_output_is_in_git():
 
 def test_plans_depend_on_all_that_a_profile_says_of_them():
     """Settings of lists and files are read later: they plan nothing anew."""
-    stages = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
+    stages = stages_of((ROOT / "dvc.yaml").read_text())
     profiles = yaml.safe_load((ROOT / "params.yaml").read_text())["profiles"]
-    for stage, name in (("plan", "tiny"), ("plan-full", "full")):
+    for name in ("tiny", "full"):
         keys = [key for key in profiles[name] if key not in NOT_PLANNED]
         expected = {
             "root_seed",
             "tables.v1",
             *(f"profiles.{name}.{key}" for key in keys),
         }
-        assert set(stages[stage]["params"]) == expected
+        assert set(stages[f"plan@{name}"]["params"]) == expected
 
 
 def test_recorded_lists_and_hashes_are_those_of_the_plan(tmp_path, capsys):

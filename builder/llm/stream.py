@@ -8,7 +8,7 @@ Listen = Callable[[int], None]
 
 
 class BrokenOffError(ValueError):
-    """A stream that ends before what it writes does."""
+    """A stream that ends before what it writes does, or goes astray."""
 
 
 @dataclass
@@ -57,15 +57,18 @@ def gathered(chunks: Iterable[Any], listen: Listen) -> dict[str, Any]:
     Raises
     ------
     BrokenOffError
-        If a choice has no end, or nothing came at all.
+        If a choice has no end, nothing came at all, or something else did.
     """
     body: dict[str, Any] = {}
     choices: dict[int, _Choice] = {}
     for number, chunk in enumerate(chunks, 1):
-        data = chunk.to_dict()
-        body |= {key: data[key] for key in ("id", "model", "usage") if data.get(key)}
-        for piece in data.get("choices") or ():
-            choices.setdefault(piece.get("index") or 0, _Choice()).add(piece)
+        try:
+            data = chunk.to_dict(warnings=False)
+            body |= {k: data[k] for k in ("id", "model", "usage") if data.get(k)}
+            for piece in data.get("choices") or ():
+                choices.setdefault(int(piece["index"]), _Choice()).add(piece)
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise BrokenOffError("it sends what is no part of an answer") from error
         listen(number)
     ended = all(choice.finish_reason for choice in choices.values())
     if not ended or not (choices or "usage" in body):

@@ -167,7 +167,7 @@ def recorded_manifest(config: str) -> Path:
         suffix = ".parquet"
         names = [f.name for f in folder.iterdir()] if folder.is_dir() else []
         there = sorted(n.removesuffix(suffix) for n in names if n.endswith(suffix))
-        there = [name for name in there if name != "trials"]
+        there = [name for name in there if "." not in name]  # else of its trials
         raise LookupError(
             f"there is no recorded manifest of {config!r}, only of {there}; choose "
             f"another --config, or plan one: mpmworlds plan --config {config} --out "

@@ -96,7 +96,7 @@ def write_plan(
     *,
     workers: int = 0,
     ray: str | None = None,
-    trials: Path | None = None,
+    trials: Sequence[Path] = (),
 ) -> Planned:
     """Plan a corpus and write its manifest.
 
@@ -113,7 +113,7 @@ def write_plan(
     workers, ray
         Where the work is done, see `mpmworlds.builder.render.executors.open_executor`.
     trials
-        Recorded findings of trials, which are then not run again.
+        Tables of recorded findings of trials, which are then not run again.
 
     Returns
     -------
@@ -144,10 +144,10 @@ def write_plan(
 
 
 def _plan(
-    profile: Profile, path: Path, workers: int, ray: str | None, trials: Path | None
+    profile: Profile, path: Path, workers: int, ray: str | None, trials: Sequence[Path]
 ) -> Planned:
     journal = path.with_suffix(".trials.jsonl")
-    known = read_recorded(trials) if trials else {}
+    known = read_recorded(trials)
     known |= read_journal(journal)
     Templates(profile, Screen(known))  # raises what is wrong with the profile
     parts = path.with_suffix(".parts")

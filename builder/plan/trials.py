@@ -4,6 +4,7 @@ They are recorded in the repository: with them, a plan needs no simulation and d
 depend on the last bit of one. New ones go to a journal until they are recorded.
 """
 
+from collections.abc import Iterable
 from dataclasses import asdict, fields
 from importlib.resources import files
 from pathlib import Path
@@ -16,7 +17,9 @@ from mpmworlds.builder.plan.screen import Findings
 from mpmworlds.files.journal import append_records, read_records
 from mpmworlds.files.parquet import write_parquet
 
-RECORDED: Final = Path(str(files("mpmworlds.builder") / "recorded" / "trials.parquet"))
+RECORDED: Final = tuple(  # of all corpora
+    sorted(Path(str(files("mpmworlds.builder") / "recorded")).glob("*.trials.parquet"))
+)
 TYPES: Final = {str: pa.string(), int: pa.int32(), float: pa.float64()}
 
 
@@ -43,9 +46,9 @@ def append_journal(path: Path, found: dict[str, Findings]) -> None:
     append_records(path, ({"key": key} | asdict(f) for key, f in found.items()))
 
 
-def read_recorded(path: Path) -> dict[str, Findings]:
-    """Findings by key from a recorded table; raises `FileNotFoundError`."""
-    rows = pq.read_table(path).to_pylist()
+def read_recorded(paths: Iterable[Path]) -> dict[str, Findings]:
+    """Findings by key from recorded tables; raises `FileNotFoundError`."""
+    rows = [row for path in paths for row in pq.read_table(path).to_pylist()]
     return {row.pop("key"): Findings(**row) for row in rows}
 
 

@@ -51,7 +51,7 @@ def plan(options: argparse.Namespace) -> int:
         options.out,
         workers=options.workers,
         ray=options.ray,
-        trials=options.trials or RECORDED,
+        trials=[options.trials] if options.trials else RECORDED,
     )
     if options.record_trials:
         write_recorded(options.record_trials, done.trials)

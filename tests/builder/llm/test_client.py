@@ -260,6 +260,28 @@ def test_an_error_in_the_midst_of_an_answer_is_tried_again():
     assert "breaks off (out of memory), 3 times in a row" in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    "event",
+    [
+        "5",
+        "[]",
+        '"text"',
+        '{"choices": 3}',
+        '{"choices": ["a"]}',
+        '{"choices": [{"delta": {"content": "a"}}]}',
+        '{"choices": [{"index": null, "delta": {"content": "a"}}]}',
+        '{"choices": [{"index": 0, "delta": {"content": 7}}]}',
+        '{"choices": [{"index": 0, "delta": ["a"]}]}',
+    ],
+)
+def test_events_that_are_no_part_of_an_answer_are_tried_again(event):
+    text = f"data: {event}\n\ndata: [DONE]\n\n"
+    odd = fails(text=text, headers={"Content-Type": "text/event-stream"})
+    with serving(odd, says("a")) as server:
+        reply = client_of(server).ask(PAYLOAD)
+    assert (texts(reply), reply.retries) == (["a"], 1)
+
+
 FORM = {"type": "json_schema", "json_schema": {"name": "x", "schema": {}}}
 
 

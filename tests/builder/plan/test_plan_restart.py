@@ -120,7 +120,7 @@ def test_with_recorded_trials_a_plan_needs_none(tmp_path, monkeypatch):
 
     recorded = tmp_path / "trials.parquet"
     write_recorded(recorded, planned.trials)
-    again = write_plan(TRIED, second, workers=1, trials=recorded)
+    again = write_plan(TRIED, second, workers=1, trials=[recorded])
     assert again == planned
     assert first.read_bytes() == second.read_bytes()
     assert not second.with_suffix(".trials.jsonl").exists()

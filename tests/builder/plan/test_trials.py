@@ -106,10 +106,10 @@ def test_what_does_not_fit_on_the_disk_loses_nothing_and_can_be_added_later(
 def test_a_table_gives_back_what_was_recorded(tmp_path):
     path = tmp_path / "folder" / "trials.parquet"
     with pytest.raises(FileNotFoundError):
-        read_recorded(path)
+        read_recorded([path])
     write_recorded(path, FOUND)
-    assert read_recorded(path) == FOUND
-    assert list(read_recorded(path)) == ["a", "b", "c"]
+    assert read_recorded([path]) == FOUND
+    assert list(read_recorded([path])) == ["a", "b", "c"]
 
 
 def test_a_table_is_the_same_file_whatever_the_order(tmp_path):
@@ -121,4 +121,4 @@ def test_a_table_is_the_same_file_whatever_the_order(tmp_path):
 
 def test_a_table_may_be_empty(tmp_path):
     write_recorded(tmp_path / "none", {})
-    assert read_recorded(tmp_path / "none") == {}
+    assert read_recorded([tmp_path / "none"]) == {}
