@@ -88,10 +88,10 @@ def stages_of(text):
     """Return the stages of dvc.yaml, those for each corpus one by one."""
     stages = {}
     for name, stage in yaml.safe_load(text)["stages"].items():
-        for item in stage.get("foreach", [None]):
-            full = name if item is None else f"{name}@{item}"
-            told = json.dumps(stage.get("do", stage)).replace("${item}", str(item))
-            stages[full] = json.loads(told)
+        for key in stage.get("foreach", [None]):  # a list, or a mapping
+            told = json.dumps(stage.get("do", stage))
+            told = re.sub(r"\$\{(item|key)\}", str(key), told)
+            stages[f"{name}@{key}" if key else name] = json.loads(told)
     return stages
 
 
