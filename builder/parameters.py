@@ -15,6 +15,7 @@ from mpmworlds.builder.plan.evaluation import (
     recorded_measured,
 )
 from mpmworlds.builder.plan.profile import Profile, sample_ids
+from mpmworlds.files.text import read_text
 from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.lists import ListParams, compute_lists
 
@@ -51,9 +52,7 @@ class Parameters:
         """
         place = path or Path(str(files("mpmworlds").joinpath("params.yaml")))
         try:
-            data: Any = yaml.safe_load(place.read_text("utf-8"))
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{place}: is not UTF-8 text ({error.reason})") from None
+            data: Any = yaml.safe_load(read_text(place))
         except yaml.YAMLError as error:
             raise ValueError(f"{place}: is not YAML ({error})") from None
         profiles = data.get("profiles") if isinstance(data, dict) else None

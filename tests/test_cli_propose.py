@@ -123,6 +123,13 @@ def test_requests_to_a_server_that_ignores_n_are_counted_too(propose, tmp_path):
     assert (status, len(server.payloads)) == (1, 2)
 
 
+def test_by_default_such_a_server_is_asked_for_ten_candidates_per_scene(propose):
+    with serving(says(fenced(tiny_scene()), whole=True)) as server:
+        status, out, _ = propose(server, count=2)
+    assert (status, len(server.payloads)) == (1, 20)
+    assert "duplicate: 19" in out
+
+
 def test_an_endpoint_that_fails_leaves_what_is_there(propose, tmp_path):
     (tmp_path / "p.jsonl").write_text("of a good day\n")
     status, _, err = propose("http://127.0.0.1:9/v1", "--attempts", 1)

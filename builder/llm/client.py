@@ -127,7 +127,6 @@ class Client:
         )
         form = {"response_format": response_format} if response_format else {}
         self._extras: dict[str, Any] = form | STREAMED
-        self._one_by_one: dict[str, Any] = {}
         self._answered = False
 
     def ask(self, payload: dict[str, Any], listen: Listen = lambda _: None) -> Reply:
@@ -200,14 +199,10 @@ class Client:
                     f"start the server, or set {URL} to the address of one that is "
                     "OpenAI-compatible, such as http://localhost:8000/v1",
                 ) from error
-            except openai.APIError as error:  # told in the midst of an answer
-                said = _shown(self._masked(error.message))
+            except (openai.APIError, BrokenOffError, json.JSONDecodeError) as error:
+                said = _shown(self._masked(str(error)))  # in the midst of an answer
                 raise _Again(
                     f"breaks off ({said})", "look at the server's log"
-                ) from error
-            except (BrokenOffError, json.JSONDecodeError) as error:
-                raise _Again(
-                    f"breaks off ({error})", "look at the server's log"
                 ) from error
             else:
                 self._answered = True
@@ -216,7 +211,7 @@ class Client:
     def _send(self, payload: dict[str, Any], listen: Listen) -> dict[str, Any]:
         """Chat completion of a server that answers, in pieces or at once."""
         create = self._openai.chat.completions.with_streaming_response.create
-        with create(**(payload | self._one_by_one), **self._extras) as answer:
+        with create(**(payload | self._extras)) as answer:
             if "text/event-stream" in answer.headers.get("content-type", ""):
                 return gathered(answer.parse(), listen)
             return _completion(answer.read().decode("utf-8", "replace"))
@@ -231,8 +226,8 @@ class Client:
                 del self._extras[name]
                 log.warning("%s: has no %s; asking without", self.endpoint, name)
                 return True
-        if ONLY_ONE.search(said) and not self._one_by_one:
-            self._one_by_one = {"n": 1}
+        if ONLY_ONE.search(said) and "n" not in self._extras:
+            self._extras["n"] = 1
             log.warning("%s: gives one candidate per request", self.endpoint)
             return True
         return False

@@ -5,7 +5,6 @@ import sys
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -35,7 +34,7 @@ def collect(
     out: Path,
     *,
     count: int,
-    most: int,
+    most: int | None = None,
     screen: bool = True,
     rejections: Path | None = None,
 ) -> Tally:
@@ -44,7 +43,7 @@ def collect(
     Parameters
     ----------
     requests
-        What to ask, in order.
+        What to ask, in order; a finite number of them bounds the run.
     known
         Scenes that are no news.
     client, transcript
@@ -54,7 +53,7 @@ def collect(
     count
         Scenes to accept.
     most
-        Requests to make at most.
+        Requests to make at most, also for what a server owes; None for no limit.
     screen
         Whether to accept only what passes a trial, as in a plan.
     rejections
@@ -78,7 +77,7 @@ def collect(
     with tqdm(total=count, desc="propose", unit="scene", file=sys.stderr) as bar:
         asker = Asker(client, transcript, tally, most, _SignsOfLife(bar, tally))
         try:
-            for proposal in propose(islice(requests, most), asker, chosen):
+            for proposal in propose(requests, asker, chosen):
                 proposals.append(proposal)
                 bar.update()
                 if len(proposals) == count:
@@ -92,7 +91,7 @@ def collect(
 
 
 def most_requests(count: int, candidates: int) -> int:
-    """Requests that a run may take.
+    """Requests that a run may take, but for what a server then owes.
 
     Parameters
     ----------

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mpmworlds.builder.plan.manifest import read_table, recorded_manifest
+from mpmworlds.files.text import read_text
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.ids import SampleId, SampleIdError
 
@@ -39,11 +40,7 @@ def read_parents(names: Sequence[str], manifest: Path | None) -> dict[str, Scene
             raise ValueError(
                 f"--parent {path}: another parent is named {path.stem!r}; rename it"
             )
-        try:
-            text = path.read_text("utf-8")
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{path}: is not UTF-8 text ({error.reason})") from error
-        scenes[path.stem] = Scene.from_yaml(text, str(path))
+        scenes[path.stem] = Scene.from_yaml(read_text(path), str(path))
     return scenes
 
 

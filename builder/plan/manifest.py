@@ -4,6 +4,7 @@ It is the dataset in a few megabytes: everything else in a release follows from 
 """
 
 import hashlib
+import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from importlib.resources import files
@@ -95,6 +96,16 @@ SCHEMA: Final = pa.schema(
 def text_sha256(text: str) -> str:
     """Return the SHA-256 of a text's UTF-8 bytes, in hexadecimal."""
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def operator_of(edit: str) -> str:
+    """Name of the operator in the column ``edit``, not empty; raises `ValueError`."""
+    record = json.loads(edit)
+    if not isinstance(record, dict) or not isinstance(record.get("operator"), str):
+        raise ValueError(
+            f"edit {edit[:60]!r}: must be a JSON object that names its 'operator'"
+        )
+    return str(record["operator"])
 
 
 def write_manifest(path: Path, rows: Sequence[ManifestRow]) -> None:

@@ -4,7 +4,6 @@ A condition is one in SQL, as DuckDB and the SQL console of the Hugging Face Hub
 it, for example ``'sand' in materials and num_objects >= 3``.
 """
 
-import json
 from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 from typing import Final
@@ -12,25 +11,11 @@ from typing import Final
 import duckdb
 import pyarrow as pa
 
-from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow
+from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow, operator_of
 from mpmworlds.splits.uniform import uniform
 
-COLUMNS: Final = (
-    "id",
-    "kind",
-    "split",
-    "edit",  # the operator's name alone
-    "family_id",
-    "parent_id",
-    "seeds",
-    "materials",
-    "object_types",
-    "num_objects",
-    "num_materials",
-    "motion",
-    "ceiling_mask_iou",
-    "scene",
-)
+# Of `edit` there is the operator's name alone.
+COLUMNS: Final = tuple(name for name in SCHEMA.names if not name.endswith("_sha256"))
 FEW_VALUES: Final = ("kind", "split", "edit", "materials", "object_types")
 # A condition sees the rows and nothing else.
 _SHUT: Final[dict[str, str | bool | int | float | list[str]]] = {
@@ -87,9 +72,7 @@ def matching(rows: Sequence[ManifestRow], where: str) -> set[str]:
 
 def _table(rows: Sequence[ManifestRow]) -> pa.Table:
     columns = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
-    columns["edit"] = [
-        json.loads(edit)["operator"] if edit else "" for edit in columns["edit"]
-    ]
+    columns["edit"] = [operator_of(edit) if edit else "" for edit in columns["edit"]]
     return pa.table(columns, pa.schema([SCHEMA.field(name) for name in COLUMNS]))
 
 
@@ -100,7 +83,8 @@ def _said(error: duckdb.Error) -> str:
 
 def _values(relation: duckdb.DuckDBPyRelation, name: str) -> list[str]:
     """All values of a column, or in its lists."""
-    each = f"unnest({name})" if name in ("materials", "object_types") else name
+    is_list = pa.types.is_list(SCHEMA.field(name).type)
+    each = f"unnest({name})" if is_list else name
     found = relation.project(f"{each} as value").distinct().fetchall()
     return sorted(value for (value,) in found if value)
 

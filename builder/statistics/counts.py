@@ -1,6 +1,5 @@
 """What a manifest holds, in numbers, counted on its columns."""
 
-import json
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow
+from mpmworlds.builder.plan.manifest import SCHEMA, ManifestRow, operator_of
 from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.ids import SAMPLE_KINDS
@@ -145,7 +144,7 @@ def count_table(table: pa.Table) -> Statistics:
         num_materials=dict(sorted(Counter(materials.tolist()).items())),
         materials=_ranked(pc.list_flatten(table["materials"]).to_pylist()),
         object_types=_ranked(pc.list_flatten(table["object_types"]).to_pylist()),
-        edits=_ranked(map(_operator, filter(None, table["edit"].to_pylist()))),
+        edits=_ranked(map(operator_of, filter(None, table["edit"].to_pylist()))),
         matter=_ranked(_families(table)),
     )
 
@@ -188,15 +187,6 @@ def _families(table: pa.Table) -> Iterator[str]:
     for text in templates["scene"].to_pylist():
         for name in MODEL.findall(text):
             yield MATERIALS[name].FAMILY
-
-
-def _operator(edit: str) -> str:
-    record = json.loads(edit)
-    if not isinstance(record, dict) or not isinstance(record.get("operator"), str):
-        raise ValueError(
-            f"edit {edit[:60]!r}: must be a JSON object that names its 'operator'"
-        )
-    return str(record["operator"])
 
 
 def _counts(column: pa.ChunkedArray, order: Sequence[str]) -> dict[str, int]:

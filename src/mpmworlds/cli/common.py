@@ -71,14 +71,6 @@ def say(message: str) -> None:
     print(message, file=sys.stderr)
 
 
-def read_text(path: Any) -> str:
-    """Text of a file."""
-    try:
-        return str(path.read_text("utf-8"))
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: is not UTF-8 text ({error.reason})") from None
-
-
 def parameters(options: argparse.Namespace) -> Any:
     """The parameters that the options name."""
     from mpmworlds.builder.parameters import Parameters

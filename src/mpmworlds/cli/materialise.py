@@ -13,9 +13,9 @@ from mpmworlds.cli.common import (
     add_ray,
     new_verb,
     parameters,
-    read_text,
     say,
 )
+from mpmworlds.files.text import read_text
 
 SELECTION = ("split", "kind", "where", "sample", "limit")
 MORE = """

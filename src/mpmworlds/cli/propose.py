@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -112,14 +113,15 @@ def propose(options: argparse.Namespace) -> int:
 
     path = options.transcript or options.out.with_suffix(".transcript.jsonl")
     with Transcript(path) as transcript:
+        bound = options.max_requests or most_requests(options.count, options.n)
         tally = collect(
-            requests,
+            islice(requests, bound),
             known,
             client,
             transcript,
             options.out,
             count=options.count,
-            most=options.max_requests or most_requests(options.count, options.n),
+            most=options.max_requests,
             screen=options.screen,
             rejections=options.rejections,
         )

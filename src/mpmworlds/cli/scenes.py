@@ -5,7 +5,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, new_verb, read_text, say
+from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, new_verb, say
+from mpmworlds.files.text import read_text
 from mpmworlds.sim.run.compilers import MODULES
 
 

@@ -94,7 +94,7 @@ def test_a_reply_that_is_cut_short_by_the_schema_is_read_as_json(address):
         model="smollm2",
         messages=[{"role": "user", "content": "One scene with one small circle."}],
         response_format=response_format(),
-        max_tokens=2500,
+        max_tokens=800,
         seed=1,
     )
     choice = answer.to_dict()["choices"][0]
