@@ -12,9 +12,9 @@ from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import Provenance, Result, ResultsFile
 from mpmworlds.baselines.summary import summarise_results, summary_table
 from mpmworlds.files.atomic import write_atomically
-from mpmworlds.loaders.clips import Frames
 from mpmworlds.loaders.load import Example, load
 from mpmworlds.metrics import score
+from mpmworlds.metrics.reduction import Frames
 
 RESULTS = "results.jsonl"
 SUMMARY = "summary.json"

@@ -7,7 +7,7 @@ the video does not hold what the program draws.
 from collections.abc import Sequence
 
 from mpmworlds.baselines.protocol import Candidate, Failure, Task
-from mpmworlds.loaders.clips import reduce_clip
+from mpmworlds.metrics.reduction import reduce_clip
 from mpmworlds.sim.run.run import run
 
 

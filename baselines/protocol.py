@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mpmworlds.loaders.clips import Frames
+from mpmworlds.metrics.reduction import Frames
 
 
 @dataclass(frozen=True, eq=False)

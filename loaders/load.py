@@ -10,9 +10,14 @@ from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCard
 
 from mpmworlds.files.checksums import read_checksums
-from mpmworlds.loaders.clips import Frames, reduce_clip, reduced_framerate, split_clip
 from mpmworlds.loaders.integrity import check_release
 from mpmworlds.loaders.locate import is_release, resolve
+from mpmworlds.metrics.reduction import (
+    Frames,
+    reduce_clip,
+    reduced_framerate,
+    split_clip,
+)
 from mpmworlds.sim.run.encode import decode_mp4
 
 

@@ -1,8 +1,9 @@
 """Metrics of predicted physics videos, version `VERSION`.
 
-A clip is ``uint8 (T, H, W, 3)``, RGB, on a black background; compared clips have equal
+A clip is `uint8 (T, H, W, 3)`, RGB, on a black background; compared clips have equal
 shapes. Each metric is a pure function of arrays; the per-frame or per-time values
-behind it are ``METRICS[name].curve``.
+behind it are `METRICS[name].curve_of`. A clip that is compared with several others is
+looked at once if it is handed over as a `View`.
 """
 
 from mpmworlds.metrics.aggregate import (
@@ -12,16 +13,22 @@ from mpmworlds.metrics.aggregate import (
     normalised_scores,
     summarise,
 )
-from mpmworlds.metrics.anomaly import anomaly, anomaly_excess
-from mpmworlds.metrics.collapse import collapse, collapsed_share
-from mpmworlds.metrics.color_tv import color_tv
 from mpmworlds.metrics.constants import CONSTANTS, VERSION, Constants, definition
-from mpmworlds.metrics.mask_iou import mask_iou
-from mpmworlds.metrics.mse import mse
-from mpmworlds.metrics.registry import METRICS, SCORED, Metric, metric_named, score
+from mpmworlds.metrics.definitions.anomaly import anomaly, anomaly_excess
+from mpmworlds.metrics.definitions.collapse import (
+    collapse,
+    collapse_excess,
+    collapsed_share,
+)
+from mpmworlds.metrics.definitions.color_tv import color_tv
+from mpmworlds.metrics.definitions.mask_iou import mask_iou
+from mpmworlds.metrics.definitions.mse import mse
+from mpmworlds.metrics.definitions.semd import semd
+from mpmworlds.metrics.definitions.wmae import wmae
+from mpmworlds.metrics.metric import Metric
+from mpmworlds.metrics.registry import METRICS, SCORED, metric_named, score
 from mpmworlds.metrics.select import best_of_n
-from mpmworlds.metrics.semd import semd
-from mpmworlds.metrics.wmae import wmae
+from mpmworlds.metrics.view import View
 
 __all__ = [
     "CONSTANTS",
@@ -33,10 +40,12 @@ __all__ = [
     "Metric",
     "Row",
     "Summary",
+    "View",
     "anomaly",
     "anomaly_excess",
     "best_of_n",
     "collapse",
+    "collapse_excess",
     "collapsed_share",
     "color_tv",
     "definition",

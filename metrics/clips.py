@@ -1,18 +1,19 @@
-"""What a clip is: validation at the boundary, and its foreground."""
+"""What a clip is: validation at the boundary."""
 
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.metrics.constants import CONSTANTS
-
 Clip: TypeAlias = npt.NDArray[np.uint8]
-"""``uint8 (T, H, W, 3)``, RGB."""
+"""`uint8 (T, H, W, 3)`, RGB."""
 Mask: TypeAlias = npt.NDArray[np.bool_]
-"""``bool (T, H, W)``, true on the foreground."""
+"""True on the foreground."""
 Curve: TypeAlias = npt.NDArray[np.float64]
-"""``float64 (K,)``, one value per frame or per time."""
+"""`float64 (K,)`, one value per frame or time; the last belongs to the last frame."""
+Colours: TypeAlias = npt.NDArray[np.uint32]
+"""`R << 16 | G << 8 | B`."""
+Indices: TypeAlias = npt.NDArray[np.intp]
 
 
 def check_clip(clip: Clip, subject: str = "clip") -> None:
@@ -35,59 +36,45 @@ def check_clip(clip: Clip, subject: str = "clip") -> None:
             f"{subject}: {type(clip).__name__}, must be a numpy array uint8 "
             "(T, H, W, 3); convert it with numpy.asarray"
         )
+    if isinstance(clip, np.ma.MaskedArray):
+        raise ValueError(
+            f"{subject}: a masked array, must be a plain one, for every pixel counts; "
+            "fill it with clip.filled(0)"
+        )
     if (
         clip.dtype != np.uint8
         or clip.ndim != 4
-        or clip.shape[3] != 3
-        or 0 in clip.shape
+        or clip.shape[3:] != (3,)
+        or not clip.size
     ):
         raise ValueError(
             f"{subject}: {clip.dtype} {clip.shape}, must be uint8 (T, H, W, 3) with "
-            "T, H, W >= 1; decode the video to RGB bytes"
+            f"T, H, W >= 1; {_remedy(clip)}"
         )
 
 
-def check_pair(pred: Clip, ref: Clip) -> None:
-    """Raise unless two arrays are clips of equal shape.
-
-    Parameters
-    ----------
-    pred, ref : uint8 array, shape (T, H, W, 3)
-        Prediction and reference, RGB.
-
-    Raises
-    ------
-    ValueError
-        If either is no clip, or if their shapes differ (the message names both).
-    """
-    check_clip(pred, "prediction")
-    check_clip(ref, "reference")
-    if pred.shape != ref.shape:
-        raise ValueError(
-            f"prediction {pred.shape} and reference {ref.shape}: compared clips must "
-            "have equal shapes; bring both to one size, frame rate and duration"
-        )
+def _remedy(clip: npt.NDArray[np.generic]) -> str:
+    """What to do with an array that is no clip, but perhaps nearly one."""
+    if clip.ndim != 4 or not clip.size:
+        return "decode the video to RGB bytes"
+    if clip.shape[3] != 3:
+        if clip.shape[1] == 3:
+            return "put the channels last with clip.transpose(0, 2, 3, 1)"
+        if clip.shape[3] == 4:
+            return "leave out the alpha channel with clip[..., :3]"
+    elif clip.dtype.kind in "iuf":
+        low, high = clip.min(), clip.max()
+        if not np.isfinite([low, high]).all():
+            return "it has values that are not finite; mend what makes it"
+        if clip.dtype.kind == "f" and low >= 0 and high <= 1:
+            return "multiply by 255 and round"
+        if low >= 0 and high <= 255:
+            return "round it and convert it with clip.astype(numpy.uint8)"
+    return "decode the video to RGB bytes"
 
 
-def foreground(clip: Clip) -> Mask:
-    """Return which pixels are foreground: ``max(R, G, B) > 32``.
-
-    Parameters
-    ----------
-    clip : uint8 array, shape (T, H, W, 3)
-        Frames, RGB.
-
-    Returns
-    -------
-    bool array, shape (T, H, W)
-        True on the foreground.
-    """
-    red_green = np.maximum(clip[..., 0], clip[..., 1])
-    return np.maximum(red_green, clip[..., 2]) > CONSTANTS.foreground_level
-
-
-def packed_colours(clip: Clip) -> npt.NDArray[np.uint32]:
-    """Pack RGB into one number, ``R << 16 | G << 8 | B``: ``(T, H, W)``."""
+def packed_colours(clip: Clip) -> Colours:
+    """Pack RGB into one number, `R << 16 | G << 8 | B`: `(T, H, W)`."""
     packed = clip[..., 0].astype(np.uint32)
     for channel in (1, 2):
         packed <<= 8

@@ -1,24 +1,26 @@
 """The coloured regions of an early frame, which `collapse` then follows."""
 
+from collections.abc import Iterator
+
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.metrics.clips import Mask
-from mpmworlds.metrics.constants import CONSTANTS
+from mpmworlds.metrics.clips import Clip, Colours, Indices, Mask, packed_colours
+from mpmworlds.metrics.constants import Constants
 
 Features = npt.NDArray[np.float64]
-"""``(N, 4)``: chromaticity ``c / sum(c)`` of R, G, B; brightness ``max(c) / 255``."""
-Indices = npt.NDArray[np.intp]
+"""`(N, 4)`: chromaticity `c / sum(c)` of R, G, B; brightness `max(c) / 255`."""
+MEDIAN = 3  # pixels a side: what a codec leaves along outlines goes
 
 
-def colour_features(colours: npt.NDArray[np.uint32]) -> Features:
+def colour_features(colours: Colours) -> Features:
     """Compute chromaticity and brightness of packed colours.
 
     Parameters
     ----------
     colours : uint32 array, shape (N,)
-        ``R << 16 | G << 8 | B``, none of them black.
+        `R << 16 | G << 8 | B`, none of them black.
 
     Returns
     -------
@@ -30,7 +32,9 @@ def colour_features(colours: npt.NDArray[np.uint32]) -> Features:
     return np.concatenate([chromaticity, rgb.max(axis=1, keepdims=True) / 255], axis=1)
 
 
-def has_colour(features: Features, mean: Features) -> npt.NDArray[np.bool_]:
+def has_colour(
+    features: Features, mean: Features, constants: Constants
+) -> npt.NDArray[np.bool_]:
     """Return which colours count to the area of a region.
 
     Parameters
@@ -39,6 +43,8 @@ def has_colour(features: Features, mean: Features) -> npt.NDArray[np.bool_]:
         Colours, as `colour_features` gives them.
     mean : float64 array, shape (4,)
         Mean of the region.
+    constants : Constants
+        Those of the definition.
 
     Returns
     -------
@@ -48,45 +54,50 @@ def has_colour(features: Features, mean: Features) -> npt.NDArray[np.bool_]:
     offset = np.abs(features - mean)
     near = np.sqrt((offset[:, :3] ** 2).sum(axis=1))
     return np.asarray(
-        (near <= CONSTANTS.collapse_area_chromaticity)
-        & (offset[:, 3] <= CONSTANTS.collapse_area_brightness)
+        (near <= constants.collapse_area_chromaticity)
+        & (offset[:, 3] <= constants.collapse_area_brightness)
     )
 
 
-def _components(mask: Mask) -> list[Indices]:
-    """List the 8-connected components of >= 25 px as foreground pixel numbers."""
-    count, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
-    label = labels[mask]
-    by_label = np.argsort(label, kind="stable")
-    sizes = np.bincount(label, minlength=count)[1:]
-    members = np.split(by_label, np.cumsum(sizes)[:-1])
-    return [m for m in members if m.size >= CONSTANTS.collapse_min_region_px]
+def _parts(colours: Colours, constants: Constants) -> Iterator[Indices]:
+    """Divide pixels by colour, the commonest first: numbers of those of each part.
+
+    A part is the fullest RGB bin of what is left, and every pixel near its mean.
+    """
+    shift = (256 // constants.collapse_bins).bit_length() - 1
+    code = np.zeros(colours.shape, np.intp)
+    for channel in (16, 8, 0):
+        code = code * constants.collapse_bins + ((colours >> channel & 255) >> shift)
+    features, left = colour_features(colours), np.arange(colours.size)
+    while left.size >= constants.collapse_min_region_px:
+        fullest = np.bincount(code[left]).argmax()
+        chosen = code[left] == fullest
+        mean = features[left[chosen]].mean(axis=0)
+        chosen |= has_colour(features[left], mean, constants)
+        yield left[chosen]
+        left = left[~chosen]
 
 
-def _split_by_colour(
-    members: Indices, colours: npt.NDArray[np.uint32]
-) -> list[Indices]:
-    """Divide a component that holds several colours, most frequent colour first."""
-    values, value, counts = np.unique(
-        colours[members], return_inverse=True, return_counts=True
+def _pieces(part: Mask, constants: Constants) -> Mask:
+    """The 8-connected pieces of a part that are large enough, if it has a core."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
+        part.astype(np.uint8), connectivity=8
     )
-    features = colour_features(values)
-    left = np.ones(values.size, dtype=bool)
-    parts = []
-    for commonest in np.argsort(-counts, kind="stable"):
-        if left[commonest]:
-            near = left & has_colour(features, features[commonest])
-            parts.append(members[near[value]])
-            left &= ~near
-    return [p for p in parts if p.size >= CONSTANTS.collapse_min_region_px]
+    large = stats[:, cv2.CC_STAT_AREA] >= constants.collapse_min_region_px
+    large[0] = False  # which is what does not belong to the part
+    kept: Mask = large[labels]
+    core = cv2.erode(kept.astype(np.uint8), np.ones((3, 3), np.uint8))
+    if np.count_nonzero(core) < constants.collapse_min_core_px:
+        return np.zeros_like(part)
+    return kept
 
 
-def _merge_groups(means: Features) -> Indices:
+def _merge_groups(means: Features, constants: Constants) -> Indices:
     """Give similar parts, also those similar by way of others, a common number."""
     offset = means[:, None] - means[None]
     distance = np.sqrt((offset[..., :3] ** 2).sum(axis=2))
-    similar = (distance < CONSTANTS.collapse_merge_chromaticity) & (
-        np.abs(offset[..., 3]) < CONSTANTS.collapse_merge_brightness
+    similar = (distance < constants.collapse_merge_chromaticity) & (
+        np.abs(offset[..., 3]) < constants.collapse_merge_brightness
     )
     group = np.arange(len(means))
     while True:
@@ -96,39 +107,44 @@ def _merge_groups(means: Features) -> Indices:
         group = lowest
 
 
-def region_means(mask: Mask, packed: npt.NDArray[np.uint32]) -> Features:
+def region_means(frame: Clip, constants: Constants) -> Features:
     """Find the regions of an early frame and their mean colours.
 
-    A component whose mean is the colour of no pixel of the frame (bodies of different
-    colours that touch) is first divided by colour: it could not be followed.
+    The frame is filtered by a 3 x 3 median per channel; its foreground is divided by
+    colour; of each part the connected pieces of at least 25 pixels are kept, if at
+    least 9 pixels of them survive a 3 x 3 erosion; similar parts are one region.
 
     Parameters
     ----------
-    mask : bool array, shape (H, W)
-        Foreground of the early frame.
-    packed : uint32 array, shape (H, W)
-        Its colours, ``R << 16 | G << 8 | B``.
+    frame : uint8 array, shape (H, W, 3)
+        The early frame, RGB.
+    constants : Constants
+        Those of the definition.
 
     Returns
     -------
     float64 array, shape (R, 4)
-        Mean chromaticity and brightness over the pixels of each region; every mean
-        is the colour of at least one pixel. R may be 0.
+        Mean chromaticity and brightness over the pixels of each region. R may be 0.
     """
-    colours = packed[mask]
-    features = colour_features(colours)
-    parts: list[Indices] = []
-    for members in _components(mask):
-        if has_colour(features, features[members].mean(axis=0)).any():
-            parts.append(members)
-        else:
-            parts.extend(_split_by_colour(members, colours))
+    smooth: Clip = np.asarray(
+        cv2.medianBlur(np.ascontiguousarray(frame), MEDIAN), np.uint8
+    )
+    mask = smooth.max(axis=2) > constants.foreground_level
+    colours = packed_colours(smooth)[mask]
+    place = np.flatnonzero(mask)
+    parts: list[Features] = []
+    for part in _parts(colours, constants):
+        whole = np.zeros(mask.size, np.bool_)
+        whole[place[part]] = True
+        kept = _pieces(whole.reshape(mask.shape), constants)[mask]
+        if kept.any():
+            parts.append(colour_features(colours[kept]))
     if not parts:
         return np.zeros((0, 4))
-    group = _merge_groups(np.stack([features[p].mean(axis=0) for p in parts]))
+    means = np.stack([part.mean(axis=0) for part in parts])
+    group = _merge_groups(means, constants)
     regions = [
         np.concatenate([p for p, g in zip(parts, group, strict=True) if g == number])
         for number in np.unique(group)
     ]
-    means = np.stack([features[r].mean(axis=0) for r in regions])
-    return means[[bool(has_colour(features, mean).any()) for mean in means]]
+    return np.stack([region.mean(axis=0) for region in regions])

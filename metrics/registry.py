@@ -1,73 +1,38 @@
-"""All metrics by name, and the scores of one prediction."""
+"""All metrics by name, and the scores of one prediction.
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+What stands in `mpmworlds.metrics.definitions` is a metric; there is no other list.
+"""
+
+import pkgutil
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Final
 
-from mpmworlds.metrics.anomaly import anomaly, anomaly_excess, flag
-from mpmworlds.metrics.anomaly import curve as anomaly_curve
-from mpmworlds.metrics.clips import Clip, Curve
-from mpmworlds.metrics.collapse import collapse
-from mpmworlds.metrics.collapse import curve as collapse_curve
-from mpmworlds.metrics.color_tv import color_tv
-from mpmworlds.metrics.color_tv import curve as color_tv_curve
-from mpmworlds.metrics.mask_iou import curve as mask_iou_curve
-from mpmworlds.metrics.mask_iou import mask_iou
-from mpmworlds.metrics.mse import curve as mse_curve
-from mpmworlds.metrics.mse import mse
-from mpmworlds.metrics.semd import curve as semd_curve
-from mpmworlds.metrics.semd import semd
-from mpmworlds.metrics.wmae import curve as wmae_curve
-from mpmworlds.metrics.wmae import wmae
+from mpmworlds.metrics import definitions
+from mpmworlds.metrics.clips import Clip
+from mpmworlds.metrics.metric import Metric
+from mpmworlds.metrics.view import View, compared
 
 
-@dataclass(frozen=True)
-class Metric:
-    """One metric: what it is called, which way is good, and how to compute it."""
+def _defined() -> Iterator[Metric]:
+    for module in pkgutil.iter_modules(definitions.__path__):
+        for item in vars(
+            import_module(f"{definitions.__name__}.{module.name}")
+        ).values():
+            if isinstance(item, Metric):
+                yield item
 
-    name: str
-    """Name in code and in result files."""
-    paper_name: str
-    """Name in the paper's tables; empty if the paper does not report it."""
-    direction: Literal["up", "down"]
-    """Which way is better."""
-    worst: float
-    """Value that a failed candidate scores."""
-    function: Callable[..., float]
-    """The metric: of (pred, ref), or of (pred) where `needs_reference` is false."""
-    curve: Callable[..., Curve]
-    """Its values per frame or per time, with the same arguments."""
-    needs_reference: bool = True
-    """Whether the reference is an argument."""
-
-    def __call__(self, pred: Clip, ref: Clip) -> float:
-        """Compute the metric, leaving out the reference if it takes none."""
-        return self.function(pred, ref) if self.needs_reference else self.function(pred)
-
-    def is_better(self, a: float, b: float) -> bool:
-        """Return whether value a is strictly better than value b."""
-        return a > b if self.direction == "up" else a < b
-
-
-_MASK_IOU = Metric("mask_iou", "mIoU", "up", 0.0, mask_iou, mask_iou_curve)
-_COLLAPSE = Metric("collapse", "OCS", "down", 1.0, collapse, collapse_curve, False)
-_WMAE = Metric("wmae", "W-MAE", "down", 1.0, wmae, wmae_curve)
-_COLOR_TV = Metric("color_tv", "CTV", "down", 1.0, color_tv, color_tv_curve)
-_ANOMALY = Metric("anomaly", "RTSJ", "down", 1.0, anomaly, anomaly_curve)
-_SEMD = Metric("semd", "SEMD", "down", 1.0, semd, semd_curve)
-_MSE = Metric("mse", "MSE", "down", 1.0, mse, mse_curve)
-_EXCESS = Metric("anomaly_excess", "", "down", 1.0, anomaly_excess, anomaly_curve)
-
-METRICS: Final[Mapping[str, Metric]] = MappingProxyType(
-    {m.name: m for m in (_MASK_IOU, _COLLAPSE, _WMAE, _COLOR_TV, _ANOMALY, _SEMD, _MSE)}
-)
-"""The paper's seven metrics, in the order of its tables."""
 
 SCORED: Final[Mapping[str, Metric]] = MappingProxyType(
-    {**METRICS, _EXCESS.name: _EXCESS}
+    {m.name: m for m in sorted(_defined(), key=lambda m: m.column)}
 )
-"""Everything that `score` reports: the seven and `anomaly_excess`."""
+"""Everything that `score` reports, in the order of a table."""
+
+METRICS: Final[Mapping[str, Metric]] = MappingProxyType(
+    {name: m for name, m in SCORED.items() if m.paper_name}
+)
+"""The paper's seven metrics, in the order of its tables."""
 
 
 def metric_named(name: str) -> Metric:
@@ -93,12 +58,12 @@ def metric_named(name: str) -> Metric:
     return SCORED[name]
 
 
-def score(pred: Clip, ref: Clip) -> dict[str, float]:
+def score(pred: Clip | View, ref: Clip | View) -> dict[str, float]:
     """Compute all metrics of one prediction.
 
     Parameters
     ----------
-    pred, ref : uint8 array, shape (T, H, W, 3)
+    pred, ref : uint8 array, shape (T, H, W, 3), or View
         Prediction and reference, RGB, equal shapes, H and W at least 4.
 
     Returns
@@ -111,10 +76,5 @@ def score(pred: Clip, ref: Clip) -> dict[str, float]:
     ValueError
         If the arrays are not two clips of equal shape, or a side is below 4 pixels.
     """
-    # One pass over the HSV histograms serves both the flag and the excess.
-    excess = anomaly_excess(pred, ref)
-    known = {"anomaly": flag(excess), "anomaly_excess": excess}
-    return {
-        name: known[name] if name in known else metric(pred, ref)
-        for name, metric in SCORED.items()
-    }
+    one, other = compared(pred, ref)
+    return {name: metric(one, other) for name, metric in SCORED.items()}

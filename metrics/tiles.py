@@ -1,25 +1,29 @@
 """The tiles into which `wmae` and `anomaly` divide an image."""
 
+from functools import lru_cache
+
 import numpy as np
-import numpy.typing as npt
 
-from mpmworlds.metrics.constants import CONSTANTS
+from mpmworlds.metrics.clips import Indices
 
 
-def tile_starts(length: int) -> npt.NDArray[np.intp]:
+def tile_starts(length: int, count: int) -> Indices:
     """Return the first row (or column) of each tile along one side.
 
-    Tile i covers ``floor(i * length / 4)`` up to the start of the next one, so tiles
-    are equal when 4 divides the side and differ by at most one pixel otherwise.
+    Tile i covers `floor(i * length / count)` up to the start of the next one, so tiles
+    are equal when their number divides the side and differ by at most one pixel
+    otherwise.
 
     Parameters
     ----------
     length : int
         Height or width of the image [pixels].
+    count : int
+        Tiles along it.
 
     Returns
     -------
-    int array, shape (4,)
+    int array, shape (count,)
         Ascending, distinct.
 
     Raises
@@ -27,7 +31,6 @@ def tile_starts(length: int) -> npt.NDArray[np.intp]:
     ValueError
         If the side is shorter than the number of tiles.
     """
-    count = CONSTANTS.tiles_per_side
     if length < count:
         raise ValueError(
             f"image side = {length} px, must be >= {count} (one pixel per tile); "
@@ -36,37 +39,26 @@ def tile_starts(length: int) -> npt.NDArray[np.intp]:
     return np.arange(count, dtype=np.intp) * length // count
 
 
-def tile_of_pixel(height: int, width: int) -> npt.NDArray[np.intp]:
-    """Return the tile number of every pixel, counted row by row.
+@lru_cache(maxsize=4)
+def tile_of_pixel(height: int, width: int, count: int) -> Indices:
+    """Return the tile number of every pixel, counted row by row: (height, width).
 
-    Parameters
-    ----------
-    height, width : int
-        Extent of the image [pixels].
-
-    Returns
-    -------
-    int array, shape (height, width)
-        Values 0..15.
+    Raises
+    ------
+    ValueError
+        If a side is shorter than the number of tiles.
     """
-    rows = np.searchsorted(tile_starts(height), np.arange(height), side="right") - 1
-    columns = np.searchsorted(tile_starts(width), np.arange(width), side="right") - 1
-    return rows[:, None] * CONSTANTS.tiles_per_side + columns[None, :]
+    rows, columns = (
+        np.searchsorted(tile_starts(side, count), np.arange(side), side="right") - 1
+        for side in (height, width)
+    )
+    tiles = rows[:, None] * count + columns[None, :]
+    tiles.flags.writeable = False
+    return tiles
 
 
-def tile_sizes(height: int, width: int) -> npt.NDArray[np.intp]:
-    """Return the number of pixels of every tile.
-
-    Parameters
-    ----------
-    height, width : int
-        Extent of the image [pixels].
-
-    Returns
-    -------
-    int array, shape (16,)
-        All at least 1.
-    """
-    heights = np.diff(tile_starts(height), append=height)
-    widths = np.diff(tile_starts(width), append=width)
+def tile_sizes(height: int, width: int, count: int) -> Indices:
+    """Return the number of pixels of every tile: (count ** 2,), all at least 1."""
+    heights = np.diff(tile_starts(height, count), append=height)
+    widths = np.diff(tile_starts(width, count), append=width)
     return np.outer(heights, widths).ravel()

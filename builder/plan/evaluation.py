@@ -18,12 +18,19 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.builder.plan.manifest import ManifestRow
 from mpmworlds.builder.plan.measures import STRIDE, motion
-from mpmworlds.builder.plan.screen import LEAST, PREFIX
+from mpmworlds.builder.plan.screen import LEAST
 from mpmworlds.builder.render.executors import carry_out_all, open_executor
 from mpmworlds.files.journal import append_records, read_records
 from mpmworlds.files.parquet import write_parquet
+from mpmworlds.metrics import SCORED, View, score
 from mpmworlds.metrics.clips import packed_colours
-from mpmworlds.metrics.mask_iou import mask_iou
+from mpmworlds.metrics.reduction import (
+    Frames,
+    prefix_length,
+    reduce_clip,
+    reduced_framerate,
+    split_clip,
+)
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.displace import displaced
 from mpmworlds.sim.run.run import run
@@ -33,6 +40,7 @@ from mpmworlds.splits.lists import ListParams, evaluation_order
 
 LEAST_CEILING: Final = 0.5  # mask IoU of a sample with itself, displaced by a hair
 RERUNS: Final = 3
+DIGITS: Final = 6  # of a ceiling: fewer than sums on other machines agree in
 
 
 @dataclass(frozen=True)
@@ -48,16 +56,17 @@ class Measured:
     motion
         Part of the foreground that changes in a second, see `measures.motion`, through
         at least half of the continuation.
-    ceiling_mask_iou
-        Mean mask IoU of the continuation with those of `RERUNS` displaced runs; None
-        if the sample does not move enough to be run again.
+    ceiling
+        Noise ceiling of each metric: its mean between the continuation and those of
+        `RERUNS` displaced runs, all as they are evaluated; None if the sample does not
+        move enough to be run again.
     """
 
     id: str
     program_sha256: str
     status: str
     motion: float = 0.0
-    ceiling_mask_iou: float | None = None
+    ceiling: Mapping[str, float] | None = None
 
     @property
     def fault(self) -> str | None:
@@ -66,7 +75,7 @@ class Measured:
             return self.status
         if self.motion < LEAST["motion"]:
             return "hardly_moves"
-        if self.ceiling_mask_iou is None or self.ceiling_mask_iou < LEAST_CEILING:
+        if self.ceiling is None or self.ceiling["mask_iou"] < LEAST_CEILING:
             return "chaotic"
         return None
 
@@ -79,16 +88,22 @@ def measure(row: ManifestRow) -> Measured:
     found = Measured(row.id, row.program_sha256, outcome.status)
     if outcome.status != "ok":
         return found
-    prefix = round(PREFIX * rate)
-    shown = packed_colours(outcome.frames[prefix::STRIDE])
+    shown = packed_colours(outcome.frames[prefix_length(rate) - 1 :: STRIDE])
     found = replace(found, motion=round(motion(shown, rate), 4))
     if found.motion < LEAST["motion"]:
         return found
-    hidden = slice(prefix + 1, None)  # the frame at the end of the prefix is shown
-    again = (run(displaced(program, k)).expect()[hidden] for k in range(RERUNS))
-    reference = outcome.frames[hidden]
-    ceiling = float(np.mean([mask_iou(other, reference) for other in again]))
-    return replace(found, ceiling_mask_iou=round(ceiling, 4))
+    reference = View(_hidden(outcome.frames, rate))
+    again = (run(displaced(program, k)).expect() for k in range(RERUNS))
+    scores = [score(_hidden(frames, rate), reference) for frames in again]
+    ceiling = {name: float(np.mean([s[name] for s in scores])) for name in SCORED}
+    rounded = {name: round(value, DIGITS) for name, value in ceiling.items()}
+    return replace(found, ceiling=rounded)
+
+
+def _hidden(frames: Frames, framerate: int) -> Frames:
+    """The part of a video that is to be predicted, as it is evaluated."""
+    reduced = reduce_clip(frames, framerate)
+    return split_clip(reduced, reduced_framerate(framerate))[1]
 
 
 def measure_lists(
@@ -183,7 +198,10 @@ def _missing(
     return [name for name in _walked(orders, counts, known) if name not in known]
 
 
-_TYPES: Final = {"motion": pa.float64(), "ceiling_mask_iou": pa.float64()}
+_TYPES: Final = {
+    "motion": pa.float64(),
+    "ceiling": pa.struct([(name, pa.float64()) for name in SCORED]),
+}
 _SCHEMA: Final = pa.schema(
     [pa.field(f.name, _TYPES.get(f.name, pa.string())) for f in fields(Measured)]
 )
@@ -220,7 +238,7 @@ def with_measured(
         replace(
             row,
             motion=by_id[row.id].motion,
-            ceiling_mask_iou=by_id[row.id].ceiling_mask_iou,
+            ceiling_mask_iou=(by_id[row.id].ceiling or {}).get("mask_iou"),
         )
         if row.id in by_id and by_id[row.id].program_sha256 == row.program_sha256
         else row

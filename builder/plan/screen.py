@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from mpmworlds.builder.plan import measures
+from mpmworlds.metrics.reduction import PREFIX_SECONDS
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import Outcome
 from mpmworlds.sim.run.states import States
@@ -21,7 +22,6 @@ from mpmworlds.sim.scene.steps import speed_of
 
 CELLS: Final = 64  # the six cells of the seeds' walls are then three, the least
 PIXELS: Final = 32
-PREFIX: Final = 2.5  # seconds of video that a model is shown
 BEYOND: Final = 1.5  # and how far the trial goes on after it [s]
 TIMEOUT: Final = 120.0  # seconds
 ATTEMPTS: Final = 3  # of a trial that crashes or takes too long
@@ -149,7 +149,7 @@ def in_doubt(found: Findings) -> bool:
 
 def _run(scene: Scene, cells: int, warm: WarmStart) -> Findings:
     """Run a scene at so many cells a side."""
-    frames = round((PREFIX + BEYOND) * scene.output.framerate) + 1
+    frames = round((PREFIX_SECONDS + BEYOND) * scene.output.framerate) + 1
     small = rescale(scene, cells, PIXELS, frames)
     program = link(small)
     for _ in range(ATTEMPTS):  # the machine may be at fault: it lacks time or memory
@@ -158,9 +158,9 @@ def _run(scene: Scene, cells: int, warm: WarmStart) -> Findings:
             break
     if outcome.status == "timeout":
         raise RuntimeError(
-            f"a trial of {PREFIX + BEYOND:g} s did not end within {TIMEOUT:g} s, "
-            f"{ATTEMPTS} times; run the command again when the machine is less busy, "
-            "or with fewer --workers, what is finished is kept"
+            f"a trial of {PREFIX_SECONDS + BEYOND:g} s did not end within "
+            f"{TIMEOUT:g} s, {ATTEMPTS} times; run the command again when the machine "
+            "is less busy, or with fewer --workers, what is finished is kept"
         )
     return findings(small, outcome)
 
@@ -175,7 +175,7 @@ def findings(scene: Scene, outcome: Outcome) -> Findings:
 def measured(scene: Scene, states: States) -> Findings:
     """What the states of a scene show."""
     rate = scene.output.framerate
-    prefix, soon = round(PREFIX * rate), round((PREFIX + 0.5) * rate)
+    prefix, soon = round(PREFIX_SECONDS * rate), round((PREFIX_SECONDS + 0.5) * rate)
     bodies = sum(math.isfinite(m) for m in states.solid_mass)
     views = measures.views(scene, states, prefix)
     return Findings(

@@ -5,8 +5,8 @@ import pytest
 
 from mpmworlds.baselines.evaluate import score_example
 from mpmworlds.baselines.oracle import Oracle
-from mpmworlds.loaders.clips import reduce_clip, split_clip
 from mpmworlds.loaders.load import Example
+from mpmworlds.metrics.reduction import reduce_clip, split_clip
 
 # A stand-in for a simulation: a square that moves right, 90 frames of 512 px at 30 / s.
 PROGRAM = """

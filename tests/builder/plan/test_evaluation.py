@@ -17,6 +17,7 @@ from mpmworlds.builder.plan.evaluation import (
 from mpmworlds.builder.plan.families import row_of
 from mpmworlds.builder.plan.manifest import text_sha256
 from mpmworlds.builder.render.executors import Executor, open_executor
+from mpmworlds.metrics import SCORED
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.assign import SplitParams
 from mpmworlds.splits.ids import SampleId
@@ -25,7 +26,7 @@ from tests.builder.plan.plans import SMALL
 from tests.made_up import rows as made_up_rows
 from tests.sim.scenes import BODY, scene_data
 
-GOOD = Measured("", "", "ok", motion=0.3, ceiling_mask_iou=0.8)
+GOOD = Measured("", "", "ok", motion=0.3, ceiling={"mask_iou": 0.8})
 SPLIT = SplitParams("test", 0.4, 0.5)
 LISTS = ListParams(
     salt="a",
@@ -39,11 +40,11 @@ LISTS = ListParams(
     ("found", "fault"),
     [
         ({}, None),
-        ({"motion": 0.05, "ceiling_mask_iou": 0.5}, None),
+        ({"motion": 0.05, "ceiling": {"mask_iou": 0.5}}, None),
         ({"status": "crash"}, "crash"),
         ({"motion": 0.049}, "hardly_moves"),
-        ({"motion": 0.049, "ceiling_mask_iou": None}, "hardly_moves"),
-        ({"ceiling_mask_iou": 0.49}, "chaotic"),
+        ({"motion": 0.049, "ceiling": None}, "hardly_moves"),
+        ({"ceiling": {"mask_iou": 0.49}}, "chaotic"),
     ],
 )
 def test_a_sample_that_rests_or_is_chaos_is_passed_over(found, fault):
@@ -58,7 +59,8 @@ def made_up(row):
     number = int(row.scene_sha256[:6], 16)
     motion = 0.0 if number % 3 == 0 else 0.2
     ceiling = 0.3 if number % 5 == 0 else 0.9
-    return Measured(row.id, row.program_sha256, "ok", motion, ceiling)
+    scores = dict.fromkeys(SCORED, 0.0) | {"mask_iou": ceiling}
+    return Measured(row.id, row.program_sha256, "ok", motion, scores)
 
 
 class Here(Executor):
@@ -166,7 +168,7 @@ def test_rows_get_what_was_measured_of_them(rows):
     first, second, *rest = with_measured(rows, found)
     assert (first.motion, first.ceiling_mask_iou) == (
         found[0].motion,
-        found[0].ceiling_mask_iou,
+        found[0].ceiling["mask_iou"],
     )
     assert second == other  # it was measured with another program
     assert rest == rows[2:]
@@ -190,12 +192,14 @@ def row(*things, gravity=(0.0, -9.8)):
 def test_a_body_at_rest_is_run_once_and_one_that_glides_moves():
     rests = measure(row(BODY, gravity=(0.0, 0.0)))
     assert (rests.status, rests.fault) == ("ok", "hardly_moves")
-    assert rests.ceiling_mask_iou is None
+    assert rests.ceiling is None
     glides = BODY | {"initial_state": {"velocity": [0.1, 0.03]}}
     moves = measure(row(glides, gravity=(0.0, 0.0)))
     assert moves.fault is None
     assert moves.motion > 0.1
-    assert moves.ceiling_mask_iou > 0.95
+    assert list(moves.ceiling) == list(SCORED)
+    assert moves.ceiling["mask_iou"] > 0.95
+    assert moves.ceiling["semd"] < 0.01
 
 
 @pytest.mark.slow

@@ -1,13 +1,15 @@
 """Overlap of foregrounds."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from sklearn.metrics import jaccard_score
 
 from mpmworlds.metrics import mask_iou
 from mpmworlds.metrics.clips import Clip
-from mpmworlds.metrics.mask_iou import curve
+from mpmworlds.metrics.definitions.mask_iou import curve
 
 CLIPS = arrays(np.uint8, (2, 4, 4, 3), elements=st.sampled_from([0, 32, 33, 255]))
 
@@ -51,3 +53,13 @@ def test_iou_agrees_with_sets_of_pixels(pred: Clip, ref: Clip) -> None:
         both = set_p | set_r
         values.append(len(set_p & set_r) / len(both) if both else 1.0)
     assert curve(pred, ref).tolist() == values
+
+
+def test_iou_agrees_with_the_jaccard_score_of_scikit_learn() -> None:
+    random = np.random.default_rng(0)
+    pred, ref = random.integers(0, 70, (2, 5, 40, 30, 3), dtype=np.uint8)
+    expected = [
+        jaccard_score((r.max(axis=2) > 32).ravel(), (p.max(axis=2) > 32).ravel())
+        for p, r in zip(pred, ref, strict=True)
+    ]
+    assert curve(pred, ref).tolist() == pytest.approx(expected, abs=1e-15)

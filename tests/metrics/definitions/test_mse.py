@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mpmworlds.metrics import mse
-from mpmworlds.metrics.mse import curve
+from mpmworlds.metrics.definitions.mse import curve
 
 
 def test_mse_of_black_and_white_is_one() -> None:

@@ -8,9 +8,9 @@ from hypothesis.extra.numpy import arrays
 
 from mpmworlds.metrics import wmae
 from mpmworlds.metrics.clips import Clip
-from mpmworlds.metrics.wmae import curve
+from mpmworlds.metrics.definitions.wmae import curve
 
-LEVELS = st.sampled_from([0, 1, 100, 255])
+LEVELS = st.sampled_from([0, 10, 24, 25, 100, 255])
 CLIPS = st.integers(1, 12).flatmap(
     lambda count: st.tuples(
         arrays(np.uint8, (count, 5, 6, 3), elements=LEVELS),
@@ -26,7 +26,7 @@ def still(count: int, level: int = 0) -> Clip:
 def smoothed_activity(clip: Clip) -> list[list[float]]:
     """Compute A(t, r) by loops over tiles, frames and pixels."""
     count, height, width, _ = clip.shape
-    luma = clip @ np.array([0.299, 0.587, 0.114]) / 255
+    luma = clip.astype(int) @ [299, 587, 114]
     raw = []
     for t in range(count - 1):
         tiles = []
@@ -35,11 +35,12 @@ def smoothed_activity(clip: Clip) -> list[list[float]]:
                 rows = range(i * height // 4, (i + 1) * height // 4)
                 columns = range(j * width // 4, (j + 1) * width // 4)
                 changes = [
-                    abs(luma[t + 1, y, x] - luma[t, y, x])
+                    abs(int(luma[t + 1, y, x]) - int(luma[t, y, x]))
                     for y in rows
                     for x in columns
                 ]
-                tiles.append(sum(changes) / len(changes))
+                seen = sum(change for change in changes if change > 24_000)
+                tiles.append(seen / 255_000 / len(changes))
         raw.append(tiles)
     smooth = []
     for t in range(len(raw)):
@@ -113,6 +114,23 @@ def test_window_reaches_four_steps_back_and_three_ahead() -> None:
     active = np.flatnonzero(curve(flash, still(40)) > 0.5)
     # The step is 19 -> 20; t sees t - 4 .. t + 3, so 16 to 23 see it.
     assert active.tolist() == [*range(16, 24)]
+
+
+def test_noise_within_the_dead_band_is_no_motion_and_beyond_is() -> None:
+    at, above = still(3, 100), still(3, 100)
+    at[1] += 24
+    above[1] += 25
+    moving = still(3)
+    moving[1] = 200
+    assert wmae(at, still(3)) == 0.0
+    assert wmae(at, moving) == pytest.approx(1.0)
+    assert wmae(above, moving) == pytest.approx((200 - 25) / (200 + 25))
+
+
+def test_change_that_all_channels_together_make_small_is_no_motion() -> None:
+    clip = still(3, 100)
+    clip[1, ..., 2] += 150  # 0.114 of it is luma
+    assert wmae(clip, still(3)) == 0.0
 
 
 def test_luma_weighs_green_over_red_over_blue() -> None:

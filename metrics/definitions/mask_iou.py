@@ -1,11 +1,15 @@
 """Mask IoU: overlap of the two foregrounds."""
 
+from typing import Final
+
 import numpy as np
 
-from mpmworlds.metrics.clips import Clip, Curve, check_pair, foreground
+from mpmworlds.metrics.clips import Clip, Curve
+from mpmworlds.metrics.metric import Metric
+from mpmworlds.metrics.view import View, compared
 
 
-def curve(pred: Clip, ref: Clip) -> Curve:
+def curve(pred: Clip | View, ref: Clip | View) -> Curve:
     """Compute the foreground overlap of every frame.
 
     Parameters
@@ -16,21 +20,20 @@ def curve(pred: Clip, ref: Clip) -> Curve:
     Returns
     -------
     float64 array, shape (T,)
-        ``|M_p & M_r| / |M_p | M_r|`` per frame; 1 where both masks are empty.
+        `|M_p & M_r| / |M_p | M_r|` per frame; 1 where both masks are empty.
 
     Raises
     ------
     ValueError
         If the arrays are not two clips of equal shape.
     """
-    check_pair(pred, ref)
-    mask_p, mask_r = foreground(pred), foreground(ref)
-    common = np.count_nonzero(mask_p & mask_r, axis=(1, 2))
-    either = np.count_nonzero(mask_p | mask_r, axis=(1, 2))
+    one, other = compared(pred, ref)
+    common = np.count_nonzero(one.mask & other.mask, axis=1)
+    either = one.sizes + other.sizes - common
     return np.where(either == 0, 1.0, common / np.maximum(either, 1))
 
 
-def mask_iou(pred: Clip, ref: Clip) -> float:
+def mask_iou(pred: Clip | View, ref: Clip | View) -> float:
     """Compute the mean foreground overlap (mIoU); up is better.
 
     Parameters
@@ -41,8 +44,8 @@ def mask_iou(pred: Clip, ref: Clip) -> float:
     Returns
     -------
     float
-        In [0, 1]: mean over frames of ``|M_p & M_r| / |M_p | M_r|``, where a frame
-        with two empty masks counts 1.
+        In [0, 1]: mean over frames of `|M_p & M_r| / |M_p | M_r|`, where a frame with
+        two empty masks counts 1.
 
     Raises
     ------
@@ -50,3 +53,15 @@ def mask_iou(pred: Clip, ref: Clip) -> float:
         If the arrays are not two clips of equal shape.
     """
     return float(curve(pred, ref).mean())
+
+
+MASK_IOU: Final = Metric(
+    mask_iou,
+    curve,
+    direction="up",
+    worst=0.0,
+    best=1.0,
+    column=0,
+    paper_name="mIoU",
+    anchored=True,
+)

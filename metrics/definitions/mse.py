@@ -1,12 +1,16 @@
 """MSE: squared difference of the pixel values."""
 
+from typing import Final
+
 import cv2
 import numpy as np
 
-from mpmworlds.metrics.clips import Clip, Curve, check_pair
+from mpmworlds.metrics.clips import Clip, Curve
+from mpmworlds.metrics.metric import Metric
+from mpmworlds.metrics.view import View, compared
 
 
-def curve(pred: Clip, ref: Clip) -> Curve:
+def curve(pred: Clip | View, ref: Clip | View) -> Curve:
     """Compute the mean squared RGB difference of every frame.
 
     Parameters
@@ -17,22 +21,22 @@ def curve(pred: Clip, ref: Clip) -> Curve:
     Returns
     -------
     float64 array, shape (T,)
-        Mean over pixels and channels of ``((p - r) / 255) ** 2``, in [0, 1].
+        Mean over pixels and channels of `((p - r) / 255) ** 2`, in [0, 1].
 
     Raises
     ------
     ValueError
         If the arrays are not two clips of equal shape.
     """
-    check_pair(pred, ref)
+    one, other = compared(pred, ref)
     sums = [
-        cv2.norm(np.ascontiguousarray(p), np.ascontiguousarray(r), cv2.NORM_L2SQR)
-        for p, r in zip(pred, ref, strict=True)
+        cv2.norm(p, r, cv2.NORM_L2SQR)
+        for p, r in zip(one.clip, other.clip, strict=True)
     ]
-    return np.asarray(np.divide(sums, pred[0].size * 255**2))
+    return np.asarray(np.divide(sums, one.clip[0].size * 255**2))
 
 
-def mse(pred: Clip, ref: Clip) -> float:
+def mse(pred: Clip | View, ref: Clip | View) -> float:
     """Compute the mean squared RGB difference (MSE); down is better.
 
     Parameters
@@ -43,7 +47,7 @@ def mse(pred: Clip, ref: Clip) -> float:
     Returns
     -------
     float
-        In [0, 1]: mean over frames, pixels and channels of ``((p - r) / 255) ** 2``.
+        In [0, 1]: mean over frames, pixels and channels of `((p - r) / 255) ** 2`.
 
     Raises
     ------
@@ -51,3 +55,8 @@ def mse(pred: Clip, ref: Clip) -> float:
         If the arrays are not two clips of equal shape.
     """
     return float(curve(pred, ref).mean())
+
+
+MSE: Final = Metric(
+    mse, curve, direction="down", worst=1.0, best=0.0, column=7, paper_name="MSE"
+)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mpmworlds.loaders.clips import (
+from mpmworlds.metrics.reduction import (
     prefix_length,
     reduce_clip,
     reduced_framerate,

@@ -3,16 +3,18 @@
 from itertools import pairwise
 
 import numpy as np
+import ot
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.stats import wasserstein_distance
 
 from mpmworlds.metrics import semd
 from mpmworlds.metrics.clips import Clip
-from mpmworlds.metrics.semd import curve
+from mpmworlds.metrics.definitions.semd import curve
 
-ANGLES = [np.pi * k / 32 for k in range(32)]
+ANGLES = [np.pi * k / 16 for k in range(16)]
 MASKS = st.sampled_from([(1, 1), (5, 5), (4, 9), (9, 4), (1, 7)]).flatmap(
     lambda shape: st.tuples(arrays(bool, (2, *shape)), arrays(bool, (2, *shape)))
 )
@@ -74,6 +76,21 @@ def test_distance_agrees_with_quantile_functions_on_large_masks() -> None:
     pred = painted(random.random((1, 64, 64)) < 0.6)
     ref = painted(random.random((1, 64, 64)) < np.linspace(0, 1, 64))
     assert semd(pred, ref) == pytest.approx(sliced(pred[0], ref[0]), abs=1e-12)
+
+
+def test_distance_agrees_with_scipy_and_with_pot() -> None:
+    random = np.random.default_rng(2)
+    pred = painted(random.random((1, 40, 40)) < 0.2)
+    ref = painted(random.random((1, 40, 40)) < np.linspace(0, 0.5, 40))
+    ways = np.stack([np.cos(ANGLES), np.sin(ANGLES)])
+    points = [np.argwhere(clip[0, ..., 0])[:, ::-1] / 40 for clip in (pred, ref)]
+    lines = [p @ ways for p in points]
+    by_scipy = np.mean(
+        [wasserstein_distance(lines[0][:, k], lines[1][:, k]) for k in range(16)]
+    )
+    assert semd(pred, ref) == pytest.approx(by_scipy, abs=1e-12)
+    by_pot = ot.sliced_wasserstein_distance(*points, projections=ways, p=1)
+    assert semd(pred, ref) == pytest.approx(by_pot, abs=1e-12)
 
 
 def test_distance_of_two_pixels_is_the_mean_projected_offset() -> None:

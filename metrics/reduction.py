@@ -1,6 +1,7 @@
 """The one reduction of clips to the form that is evaluated, and their two halves.
 
-References and predictions go through the same functions. Frames and pixels are picked,
+References, predictions and the runs behind a noise ceiling go through the same
+functions. Frames and pixels are picked,
 never blended, so flat palette colours stay flat palette colours: a mean over pixels
 would invent colours along every outline, and with them colour differences that no
 solver made.
@@ -35,7 +36,7 @@ def reduce_clip(frames: Frames, framerate: int) -> Frames:
     Returns
     -------
     ndarray
-        The reduced clip, uint8 (T', N', N', 3), at ``reduced_framerate(framerate)``.
+        The reduced clip, uint8 (T', N', N', 3), at `reduced_framerate(framerate)`.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def reduce_clip(frames: Frames, framerate: int) -> Frames:
 
 
 def reduced_framerate(framerate: int) -> int:
-    """Return the frames per second of a clip after ``reduce_clip``."""
+    """Return the frames per second of a clip after `reduce_clip`."""
     return min(framerate, FRAMERATE)
 
 

@@ -10,15 +10,17 @@ from hypothesis.extra.numpy import arrays
 
 from mpmworlds.metrics import color_tv
 from mpmworlds.metrics.clips import Clip
-from mpmworlds.metrics.color_tv import curve
+from mpmworlds.metrics.definitions.color_tv import curve
 
 LEVELS = st.sampled_from([0, 31, 32, 33, 63, 64, 128, 224, 255])
-CLIPS = arrays(np.uint8, (2, 3, 4, 3), elements=LEVELS)
+CLIPS = arrays(np.uint8, (2, 4, 5, 3), elements=LEVELS)
 RED, BLUE = (255, 0, 0), (0, 0, 255)
 
 
 def row(*colours: tuple[int, int, int]) -> Clip:
-    return np.array([[colours]], dtype=np.uint8)
+    clip = np.zeros((1, 4, 4, 3), dtype=np.uint8)
+    clip[0, 2, : len(colours)] = colours
+    return clip
 
 
 def shares(frame: Clip) -> dict[tuple[int, ...], float]:
@@ -47,7 +49,7 @@ def test_bins_are_32_levels_wide() -> None:
 
 
 def test_two_empty_foregrounds_are_equal_and_one_is_farthest() -> None:
-    clip = np.zeros((2, 2, 2, 3), dtype=np.uint8)
+    clip = np.zeros((2, 4, 4, 3), dtype=np.uint8)
     other = clip.copy()
     other[1, 0, 0] = RED
     assert curve(clip, other).tolist() == [0.0, 1.0]

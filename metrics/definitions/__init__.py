@@ -1,0 +1,1 @@
+"""The definitions: one module each, with its curve, direction, worst and best value."""

@@ -1,0 +1,212 @@
+"""A clip with what several metrics need of it, each worked out once.
+
+Clips of flat colours have few distinct ones: what a metric asks of a colour it then
+asks once, and counts follow from one table. Noisy clips have up to as many as pixels;
+they take the long way, to the same numbers.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.metrics.clips import Clip, Colours, Indices, Mask, check_clip
+from mpmworlds.metrics.constants import CONSTANTS, Constants
+from mpmworlds.metrics.tiles import tile_of_pixel
+
+COLOURS = 1 << 24
+LARGEST_TABLE = 4_000_000  # counts by frame, tile and colour
+Counts = npt.NDArray[np.int64]
+V = TypeVar("V")
+
+
+class Foreground(NamedTuple):
+    """The foreground pixels of a frame: where they are, and number of their colour."""
+
+    place: Indices
+    number: npt.NDArray[np.int32]
+
+
+class View:
+    """A clip as metrics look at it. They take one wherever they take a clip.
+
+    A clip that is compared with several others is validated and counted once.
+
+    Parameters
+    ----------
+    clip : uint8 array, shape (T, H, W, 3)
+        Frames, RGB. It must not change while the view is used.
+    subject : str
+        What errors call it.
+    constants : Constants
+        Those of the definitions, unless other ones are to be tried.
+
+    Raises
+    ------
+    ValueError
+        If the array is no clip.
+    """
+
+    def __init__(
+        self, clip: Clip, subject: str = "clip", constants: Constants = CONSTANTS
+    ) -> None:
+        check_clip(clip, subject)
+        self.clip = np.ascontiguousarray(clip)
+        self.subject = subject
+        self.constants = constants
+        self._memo: dict[Callable[..., Any], Any] = {}
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number, height and width of the frames."""
+        count, height, width, _ = self.clip.shape
+        return count, height, width
+
+    def once(self, work: Callable[["View"], V]) -> V:
+        """What a function makes of this view, which it is called for once."""
+        if work not in self._memo:
+            self._memo[work] = work(self)
+        found: V = self._memo[work]
+        return found
+
+    @cached_property
+    def mask(self) -> Mask:
+        """Foreground, `max(R, G, B) > 32`: bool (T, H * W)."""
+        count, height, width = self.shape
+        rows = self.clip.reshape(count * height, width, 3)
+        dark = cv2.inRange(rows, (0, 0, 0), (self.constants.foreground_level,) * 3)
+        return np.asarray(dark == 0).reshape(count, height * width)
+
+    @cached_property
+    def sizes(self) -> Counts:
+        """Foreground pixels of each frame: (T,)."""
+        return np.asarray(np.count_nonzero(self.mask, axis=1))
+
+    @cached_property
+    def _pixels(self) -> tuple[Colours, list[Foreground]]:
+        """The distinct colours of the foreground, ascending; its pixels by frame."""
+        places = [np.flatnonzero(mask) for mask in self.mask]
+        packed = [
+            # OpenCV's BGRA, read as one number, is A << 24 | R << 16 | G << 8 | B.
+            cv2.cvtColor(frame, cv2.COLOR_RGB2BGRA).view("<u4").ravel()[place]
+            & np.uint32(COLOURS - 1)
+            for frame, place in zip(self.clip, places, strict=True)
+        ]
+        seen = np.zeros(COLOURS, np.bool_)
+        for colours in packed:
+            seen[colours] = True
+        distinct = np.flatnonzero(seen)
+        number = np.empty(COLOURS, np.int32)
+        number[distinct] = np.arange(distinct.size, dtype=np.int32)
+        pixels = zip(places, packed, strict=True)
+        return distinct.astype(np.uint32), [Foreground(p, number[c]) for p, c in pixels]
+
+    @property
+    def colours(self) -> Colours:
+        """Distinct colours of the foreground, ascending: (K,)."""
+        return self._pixels[0]
+
+    @property
+    def foreground(self) -> list[Foreground]:
+        """Foreground pixels of each frame; numbers count in `colours`."""
+        return self._pixels[1]
+
+    @cached_property
+    def _table(self) -> Counts | None:
+        """Pixels by frame, tile and colour, if that is no large table."""
+        count, tiles = self.shape[0], self.constants.tiles_per_side**2
+        if count * tiles * self.colours.size > LARGEST_TABLE:
+            return None
+        return self._counted(np.arange(self.colours.size), self.colours.size)
+
+    def _counted(self, bins: Indices, count: int) -> Counts:
+        side = self.constants.tiles_per_side
+        tile = tile_of_pixel(*self.shape[1:], side).ravel() * count
+        shape = side**2, count
+        counts = np.empty((self.shape[0], *shape), np.int64)
+        for found, (place, number) in zip(counts, self.foreground, strict=True):
+            code = tile[place] + bins[number]
+            found[:] = np.bincount(code, minlength=side**2 * count).reshape(shape)
+        return counts
+
+    def histogram(self, bins: Indices, count: int) -> Counts:
+        """Count the foreground pixels of each frame and tile by bins of their colour.
+
+        Parameters
+        ----------
+        bins : int array, shape (K,)
+            Bin of each of `colours`.
+        count : int
+            Number of bins.
+
+        Returns
+        -------
+        int64 array, shape (T, 16, count)
+            The counts.
+        """
+        if self._table is None:
+            return self._counted(bins, count)
+        counts = np.zeros((*self._table.shape[:2], count), np.int64)
+        for colour, number in enumerate(bins):
+            counts[:, :, number] += self._table[:, :, colour]
+        return counts
+
+    def areas(self, chosen: npt.NDArray[np.bool_]) -> Counts:
+        """Count the pixels of each frame whose colour is among chosen ones.
+
+        Parameters
+        ----------
+        chosen : bool array, shape (N, K)
+            For each of N choices, which of `colours` are among them.
+
+        Returns
+        -------
+        int64 array, shape (N, T)
+            The counts.
+        """
+        if self._table is not None:
+            return np.asarray(chosen.astype(np.int64) @ self._table.sum(axis=1).T)
+        return np.stack(
+            [
+                np.count_nonzero(chosen[:, number], axis=1)
+                for _, number in self.foreground
+            ],
+            axis=1,
+        )
+
+
+def viewed(clip: Clip | View, subject: str) -> View:
+    """Validate a clip, unless that has been done.
+
+    Raises
+    ------
+    ValueError
+        If it is no clip.
+    """
+    return clip if isinstance(clip, View) else View(clip, subject)
+
+
+def compared(pred: Clip | View, ref: Clip | View) -> tuple[View, View]:
+    """Validate two clips that are compared.
+
+    Parameters
+    ----------
+    pred, ref : uint8 array, shape (T, H, W, 3), or View
+        Prediction and reference, RGB.
+
+    Raises
+    ------
+    ValueError
+        If either is no clip, or if their shapes differ (the message names both).
+    """
+    one, other = viewed(pred, "prediction"), viewed(ref, "reference")
+    if one.clip.shape != other.clip.shape:
+        raise ValueError(
+            f"prediction {one.clip.shape} and reference {other.clip.shape}: compared "
+            "clips must have equal shapes; bring both to one size, frame rate and "
+            "duration"
+        )
+    return one, other
