@@ -9,6 +9,7 @@ from mpmworlds.builder.plan.manifest import write_manifest
 from mpmworlds.builder.release.build import build_release
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import write_checksums
+from mpmworlds.metrics import VERSION
 
 
 @pytest.fixture
@@ -51,7 +52,7 @@ def test_evaluation_prints_its_table_and_writes_its_files(command, release, tmp_
     options = ["--release", release, "--predictor", "copy_last", "--out", tmp_path]
     status, out, err = command("evaluate", *options)
     assert status == 0
-    assert out.startswith("copy_last on tiny/test, mpmworlds-metrics/1\n2 samples, ")
+    assert out.startswith(f"copy_last on tiny/test, {VERSION}\n2 samples, ")
     assert err.splitlines() == ["1/2 p0002 ok", "2/2 p0002-n00 ok"]
     names = ["results.jsonl", "summary.json", "summary.txt"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names

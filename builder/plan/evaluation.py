@@ -52,7 +52,8 @@ class Measured:
     id, program_sha256
         Which sample.
     status
-        How the run ended, see `sim.run.run.Status`.
+        How the run ended, see `sim.run.run.Status`, or a displaced one that did not end
+        well.
     motion
         Part of the foreground that changes in a second, see `measures.motion`, through
         at least half of the continuation.
@@ -93,8 +94,12 @@ def measure(row: ManifestRow) -> Measured:
     if found.motion < LEAST["motion"]:
         return found
     reference = View(_hidden(outcome.frames, rate))
-    again = (run(displaced(program, k)).expect() for k in range(RERUNS))
-    scores = [score(_hidden(frames, rate), reference) for frames in again]
+    scores = []
+    for seed in range(RERUNS):
+        again = run(displaced(program, seed))
+        if again.status != "ok":
+            return replace(found, status=again.status)
+        scores.append(score(_hidden(again.frames, rate), reference))
     ceiling = {name: float(np.mean([s[name] for s in scores])) for name in SCORED}
     rounded = {name: round(value, DIGITS) for name, value in ceiling.items()}
     return replace(found, ceiling=rounded)

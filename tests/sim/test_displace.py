@@ -7,7 +7,7 @@ from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.displace import DISTANCE, displaced
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
-from tests.sim.scenes import BODY, JET, scene_data
+from tests.sim.scenes import BODY, FAN, JET, LIQUID, scene_data
 
 BRICK = BODY | {
     "physics_properties": {
@@ -17,21 +17,44 @@ BRICK = BODY | {
         "friction": 0.3,
     }
 }
+OTHER = BODY | {
+    "name": "object_5",
+    "shape": {"type": "circle", "center": [0.6, 0.8], "radius": 0.08},
+    "physics_properties": LIQUID,
+    "visualization": {"color": "#2C90F5"},
+}
+LOW = BRICK | {
+    "name": "object_6",
+    "shape": {"type": "box", "center": [0.25, 0.25], "size": [0.12, 0.11]},
+    "visualization": {"color": "#2CF52D"},
+}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("things", [[BODY, JET], [BRICK], [BRICK, JET]])
+@pytest.mark.parametrize(
+    "things",
+    [
+        [BODY, JET],
+        [BRICK],
+        [BRICK, JET],
+        [BODY, OTHER, FAN],
+        [BODY, OTHER, FAN, LOW],
+    ],
+    ids=["jet", "rigid", "rigid and jet", "bodies and mover", "all"],
+)
 def test_matter_and_rigid_bodies_start_at_most_a_hair_away(things):
     program = link(Scene.from_data(scene_data(*things)))
     before = run(program, 2, states=True)
     after, again = (run(displaced(program, 1), 2, states=True) for _ in range(2))
     np.testing.assert_array_equal(after.frames[0], before.expect()[0])
     np.testing.assert_array_equal(after.states.positions, again.states.positions)
-    for name in ("positions", "poses"):
-        one, other = (getattr(o.states, name)[1] for o in (before, after))
+    free = np.isfinite(before.states.solid_mass)  # what moves by itself does so still
+    for name, which in (("positions", slice(None)), ("poses", free)):
+        one, other = (getattr(o.states, name)[1][which] for o in (before, after))
         apart = np.nanmax(abs(other[..., :2] - one[..., :2]), initial=0.0)
         if one.size:
             assert 0.0 < apart < 100 * DISTANCE
+    assert (before.states.poses[1][~free] == after.states.poses[1][~free]).all()
 
 
 @pytest.mark.slow

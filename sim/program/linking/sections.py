@@ -115,7 +115,7 @@ def bodies(cast: Cast) -> Lines:
     rows = [f"    MESHES[{i}][0]," for i in range(len(meshes))]
     rows += [f"    fill({texts.body(cast, thing)})," for thing in others]
     if rows:
-        lines += ["BODIES = [", *rows, "]", "START = np.concatenate(BODIES)"]
+        lines += ["PARTS = [", *rows, "]", "START = np.concatenate(PARTS)"]
     return lines
 
 
