@@ -304,7 +304,7 @@ def test_interrupted_command_says_how_to_go_on(tmp_path):
     start = (
         "import signal, sys; from mpmworlds.cli import main; "
         "signal.signal(signal.SIGINT, signal.default_int_handler); "
-        "sys.exit(main(['run', sys.argv[1]]))"
+        "sys.exit(main(['run', sys.argv[1], '--unsafe-no-sandbox']))"
     )
     with subprocess.Popen(
         [sys.executable, "-c", start, program],

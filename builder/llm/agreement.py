@@ -2,8 +2,8 @@
 
 The program is read first, without running it; then its first frame is compared with
 the layout of the scene. Reading it refuses what plainly reaches beyond a simulation,
-such as other modules, files and names with two underscores. That is no sandbox: whoever
-runs programs of a model that is not trusted does so in a container.
+such as other modules, files and names with two underscores. What is left runs in a
+sandbox.
 """
 
 import ast

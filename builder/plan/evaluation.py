@@ -85,7 +85,7 @@ def measure(row: ManifestRow) -> Measured:
     """Run a sample in full and, if it moves, displaced."""
     scene = Scene.from_yaml(row.scene, row.id)
     program, rate = link(scene), scene.output.framerate
-    outcome = run(program)
+    outcome = run(program, trusted=True)
     found = Measured(row.id, row.program_sha256, outcome.status)
     if outcome.status != "ok":
         return found
@@ -96,7 +96,7 @@ def measure(row: ManifestRow) -> Measured:
     reference = View(_hidden(outcome.frames, rate))
     scores = []
     for seed in range(RERUNS):
-        again = run(displaced(program, seed))
+        again = run(displaced(program, seed), trusted=True)
         if again.status != "ok":
             return replace(found, status=again.status)
         scores.append(score(_hidden(again.frames, rate), reference))

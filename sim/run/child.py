@@ -1,8 +1,9 @@
 """Run one program and send its frames through a pipe: the other half of `run`.
 
-Called as `child.py PROGRAM COMPILER PIPE MAX_FRAMES MEMORY STATES`. It imports nothing
-of the package, so that a program runs as it would on its own. COMPILER is the module
-that it gets as `taichi`. If STATES is 1, the time between frames goes before the first,
+Called as `child.py JSON`: the arguments of `main`, and `sandbox`, the seconds on a
+processor that a program which nobody here wrote may take, else null. It imports nothing
+of the package, so that a program runs as it would on its own; the sandbox is loaded
+from its folder. If states are asked for, the time between frames goes before the first,
 and the state of the program before each.
 
 The state is what these names at the top of a program hold, all but the first optional:
@@ -12,6 +13,7 @@ step before which each is born); `pose`, `twist` (center, cosine and sine of the
 of solids; velocity, spin).
 """
 
+import contextlib
 import ctypes
 import importlib
 import importlib.util
@@ -30,12 +32,16 @@ HEADER = struct.Struct("<4sIIQ")  # kind, two numbers, bytes that follow
 FRAME = b"FRAM"  # height, width; uint8 RGB
 TIME = b"TIME"  # 0, 0; float64, simulated time between frames [s]
 STATE = b"STAT"  # particles, solids; float32, see `_state`
-REPORT = b"REPT"  # 0, 0; JSON
+REPORT = b"REPT"  # 0, 0; JSON: how it ended
+SEALED = (
+    b"SEAL"  # 0, 0; JSON: what the sandbox is made of, before the program is loaded
+)
 NEEDED = ("DT", "SUBSTEPS")  # for the state of a program to have a time
 UNREADABLE = (AttributeError, LookupError, TypeError, ValueError, struct.error)
 PR_SET_PDEATHSIG = 1
-LARGEST_FILE = 64 << 20  # bytes; what a program prints goes into a file, too
-
+LARGEST_FILE = 64 << 20  # bytes
+LONGEST = 8000  # characters of a message
+SANDBOX = "mpmworlds_sandbox"  # name of the package `sandbox` in a child
 
 Reader = Callable[[ModuleType, int], tuple[int, int, list[Any]]]  # see `_read_state`
 
@@ -67,10 +73,24 @@ def main(
 ) -> None:
     """Run the program at `path` and report how it ended.
 
-    A short trial that only wants states brings its own way to read them; then nothing
-    is drawn but what never moves.
+    Parameters
+    ----------
+    path
+        File of the program.
+    pipe
+        Where its frames go.
+    max_frames
+        Frames to send at most, 0 for all.
+    memory
+        Address space allowed [bytes], which `confine` has seen to.
+    states
+        Whether to send states, too.
+    read
+        How to read them. A short trial that only wants states brings its own way; then
+        nothing is drawn but what never moves.
+    compiler
+        What the program gets as `taichi`, see `sim.run.compilers`.
     """
-    _confine(memory)
     status, message = "ok", ""
     try:
         _parse(path)
@@ -95,18 +115,82 @@ def main(
         status, message = "no_states", str(error)
     except Exception as error:  # noqa: BLE001 - it is reported, whatever it is
         status, where = "exception", traceback.format_exc(limit=-3)
+        if _is_sealed() and isinstance(error, PermissionError):
+            status = "forbidden"
         message = f"{type(error).__name__}: {error}\n{where}"
-    payload = json.dumps({"status": status, "message": message}).encode()
-    _write(pipe, HEADER.pack(REPORT, 0, 0, len(payload)) + payload)
+    _send_json(pipe, REPORT, {"status": status, "message": message[:LONGEST]})
 
 
-def _confine(memory: int) -> None:
+def _send_json(pipe: int, kind: bytes, content: dict[str, Any]) -> None:
+    payload = json.dumps(content).encode()
+    _write(pipe, HEADER.pack(kind, 0, 0, len(payload)) + payload)
+
+
+def confine(memory: int) -> None:
     """Die with the parent; stay within the memory allowed; fill no disk."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_FILE, LARGEST_FILE))
+        _limit(resource.RLIMIT_AS, memory)
+    _limit(resource.RLIMIT_CORE, 0)
+    _limit(resource.RLIMIT_FSIZE, LARGEST_FILE)
+
+
+def _limit(what: int, value: int) -> None:
+    """Lower a limit, as far as the user's shell has not lowered it further."""
+    _, hard = resource.getrlimit(what)
+    value = value if hard == resource.RLIM_INFINITY else min(value, hard)
+    resource.setrlimit(what, (value, value))
+
+
+def seal(path: str, pipe: int, seconds: int, compiler: str) -> None:
+    """Lock this process up, with what programs import in it, and say so.
+
+    What cannot be imported is left to the program, which then finds out.
+    """
+    lockdown = _load_sandbox()
+    folder = os.path.dirname(os.path.abspath(path))
+    found = lockdown.places(folder)
+    layers = lockdown.namespaces.enter(folder, found.trees, found.hidden, [pipe])
+    if "mount" in layers:
+        os.environ["HOME"] = os.environ["TMPDIR"] = lockdown.namespaces.WRITABLE
+    for name in ("numpy", compiler):
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    _force_settings(sys.modules.get(compiler))
+    _send_json(pipe, SEALED, lockdown.lock(found, seconds, [pipe], layers))
+
+
+def _load_sandbox() -> Any:
+    """The package beside this file, without the package that both belong to."""
+    folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sandbox")
+    spec = importlib.util.spec_from_file_location(
+        SANDBOX,
+        os.path.join(folder, "__init__.py"),
+        submodule_search_locations=[folder],
+    )
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{folder} cannot be loaded")
+    package = importlib.util.module_from_spec(spec)
+    sys.modules[SANDBOX] = package
+    spec.loader.exec_module(package)
+    return importlib.import_module(f"{SANDBOX}.lockdown")
+
+
+def _is_sealed() -> bool:
+    return SANDBOX in sys.modules
+
+
+def _force_settings(compiler: Any) -> None:
+    """One thread and no cache of kernels: a program's own settings would win."""
+    if compiler is None:
+        return
+    start = compiler.init
+
+    def init(*arguments: Any, **settings: Any) -> Any:
+        forced = {"cpu_max_num_threads": 1, "offline_cache": False}
+        return start(*arguments, **(settings | forced))
+
+    compiler.init = init
 
 
 def _parse(path: str) -> None:
@@ -239,6 +323,9 @@ def _write(pipe: int, data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    program, compiler = sys.argv[1:3]
-    pipe, max_frames, memory, states = (int(number) for number in sys.argv[3:])
-    main(program, pipe, max_frames, memory, bool(states), compiler=compiler)
+    given = json.loads(sys.argv[1])
+    seconds = given.pop("sandbox")
+    confine(given["memory"])
+    if seconds is not None:
+        seal(given["path"], given["pipe"], seconds, given["compiler"])
+    main(**given)

@@ -2,83 +2,48 @@
 
 What simulates is the released text itself: it is written to a file, run by a fresh
 interpreter on one CPU thread, and its frames come back through a pipe. Whatever the
-program does, the caller gets an `Outcome`.
+program does, the caller gets an `Outcome`, in time. A text that the linker did not
+write just now is run in a sandbox, see `sim.run.sandbox`.
 """
 
 import json
+import math
 import os
 import platform
-import select
+import resource
 import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
-from dataclasses import dataclass, field
+from contextlib import ExitStack, suppress
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Literal
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any, Final
 
 from mpmworlds.files.scratch import Scratch
-from mpmworlds.sim.run.child import HEADER, REPORT, STATE, TIME
 from mpmworlds.sim.run.compilers import module_of
-from mpmworlds.sim.run.track import Recording, Track
+from mpmworlds.sim.run.receive import (
+    Channel,
+    Outcome,
+    Received,
+    Refused,
+    RunError,
+    Verdict,
+    collect,
+)
 
-Status = Literal[
-    "ok",  # frames are complete
-    "syntax_error",  # the text is not Python
-    "import_error",  # it imports what is not there
-    "exception",  # it raised
-    "crash",  # a signal ended it, for example an index off the grid
-    "killed",  # something else ended it, perhaps for lack of memory
-    "timeout",  # it did not end in time
-    "out_of_memory",  # it asked for more memory than it may have
-    "no_frames",  # it has no frames() or yields nothing
-    "bad_frames",  # a frame is not uint8 (H, W, 3), or not like the first
-    "no_states",  # states were asked for, and it has none that can be read
-]
-TIMEOUT = 1800.0  # seconds
-MEMORY = 4 << 30  # bytes of address space; Taichi alone reserves 1 GiB
-ARM = ("aarch64", "arm64")
-TAIL = 2000  # characters kept of what a failed program printed
+__all__ = ["MEMORY", "TIMEOUT", "Outcome", "RunError", "SandboxError", "run"]
 
-
-class RunError(RuntimeError):
-    """A program that was needed did not end well."""
+TIMEOUT: Final = 1800.0  # seconds
+MEMORY: Final = 4 << 30  # bytes of address space; Taichi alone reserves 1 GiB
+LEAST_MEMORY: Final = 2 << 30  # bytes: with 1.5 GiB it does not start
+DYING: Final = 10.0  # seconds that a killed process may take to go
+ARM: Final = ("aarch64", "arm64")
+TALKATIVE: Final = ("crash", "killed", "exception", "import_error", "out_of_memory")
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """How a run ended.
-
-    Attributes
-    ----------
-    status : str
-        "ok" or the kind of failure.
-    frames : ndarray of uint8, shape (T, H, W, 3)
-        RGB frames up to the end or the failure; T may be 0.
-    seconds : float
-        Wall time.
-    message : str
-        What went wrong, empty if nothing did.
-    states : Track, optional
-        Those of all frames, if they were asked for and there are any.
-    """
-
-    status: Status
-    frames: npt.NDArray[np.uint8]
-    seconds: float
-    message: str
-    states: Track | None = None
-
-    def expect(self) -> npt.NDArray[np.uint8]:
-        """The frames of a run that must have ended well; raises `RunError`."""
-        if self.status != "ok":
-            raise RunError(f"the program ended in {self.status}: {self.message}")
-        return self.frames
+class SandboxError(RuntimeError):
+    """Nobody here wrote the program, and the machine cannot confine it."""
 
 
 def run(
@@ -89,6 +54,7 @@ def run(
     *,
     states: bool = False,
     compiler: str = "taichi",
+    trusted: bool = False,
 ) -> Outcome:
     """Run a program and collect its frames.
 
@@ -107,6 +73,9 @@ def run(
         same. It takes a few names at the top of the program, see `sim.run.child`.
     compiler : str
         What the program gets as `taichi`, see `sim.run.compilers`.
+    trusted : bool
+        Run it without a sandbox. For the text that `link` returns; any other one can do
+        then what you can.
 
     Returns
     -------
@@ -116,76 +85,102 @@ def run(
     Raises
     ------
     ValueError, RuntimeError
-        If there is no such compiler, or it is not installed.
+        If there is no such compiler, it is not installed, or the shell allows a process
+        too little memory to run any.
+    SandboxError
+        If this machine cannot confine a program that is not trusted.
     """
     start, module = time.monotonic(), module_of(compiler)
+    _check_memory()
     with Scratch() as scratch:
         path = scratch.path / "program.py"
         path.write_text(program_text, "utf-8", "surrogatepass")
-        log = scratch.path / "log"
-        received = Received()
-        limits = [max_frames or 0, memory, int(states)]
-        status, message = _supervise(
-            path, module, log, received, limits, start + timeout
-        )
-        if status in ("crash", "killed", "exception", "import_error", "out_of_memory"):
-            printed = log.read_text("utf-8", "replace")[-TAIL:].strip()
-            message = f"{message}\n{printed}".strip()
+        received = Received(max_frames or 0)
+        arguments = {
+            "path": str(path),
+            "compiler": module,
+            "max_frames": max_frames or 0,
+            "memory": memory,
+            "states": states,
+            # On one processor at a time, so that a second thread gains nothing.
+            "sandbox": None if trusted else math.ceil(timeout) + 1,
+        }
+        status, message = _supervise(arguments, received, start + timeout)
+    if not trusted and (received.seal or status != "timeout"):  # else it never began
+        _check_seal(received, message)
     return received.outcome(status, message, time.monotonic() - start)
 
 
-@dataclass(frozen=True)
-class Received:
-    """What has come through the pipe."""
+def _check_memory() -> None:
+    """Raise if a shell's limit is too low for any program, or it would seem theirs."""
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    if hard != resource.RLIM_INFINITY and hard < LEAST_MEMORY:
+        raise RuntimeError(
+            f"a process may have {hard >> 20} MiB of address space here (ulimit -v), "
+            f"must be at least {LEAST_MEMORY >> 20} to run a program; raise the limit"
+        )
 
-    frames: list[npt.NDArray[np.uint8]] = field(default_factory=list)
-    recording: Recording = field(default_factory=Recording)
 
-    def outcome(self, status: Status, message: str, seconds: float) -> Outcome:
-        """All of it, with how the run ended."""
-        frames = self.frames
-        stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
-        found = self.recording.track(len(frames))
-        return Outcome(status, stack, seconds, message, found)
+def _check_seal(received: Received, message: str) -> None:
+    """Raise unless the sandbox was closed around the program in time."""
+    seal = received.seal
+    if seal is None:
+        raise SandboxError(
+            f"the sandbox could not be set up: {message or 'its process ended'}"
+        )
+    files_are_safe = seal.get("landlock") or "mount" in seal.get("namespaces", ())
+    if not (seal.get("seccomp") and files_are_safe):
+        raise SandboxError(
+            "this machine cannot confine a program that nobody here wrote: it takes "
+            "seccomp, and Landlock (Linux 5.13) or namespaces; see mpmworlds doctor. "
+            "Run it on another machine or in a virtual one, or, if you trust the "
+            "program with all that you may do, with --unsafe-no-sandbox"
+        )
 
 
 def _supervise(
-    path: Path,
-    module: str,
-    log: Path,
-    received: Received,
-    limits: list[int],
-    deadline: float,
-) -> tuple[Status, str]:
+    arguments: dict[str, Any], received: Received, deadline: float
+) -> Verdict:
     """Start the program, gather frames until it ends, and say how it ended."""
-    read_end, write_end = os.pipe()
-    with (
-        as_file(files("mpmworlds.sim.run").joinpath("child.py")) as child,
-        log.open("wb") as output,
-    ):
-        process = subprocess.Popen(
-            [sys.executable, "-I", "-X", "faulthandler", str(child), str(path), module]
-            + [str(number) for number in (write_end, *limits)],
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            pass_fds=[write_end],
-            cwd=path.parent,
-            env=environment(path.parent),
-            start_new_session=True,
+    folder = Path(arguments["path"]).parent
+    with ExitStack() as stack:
+        child = stack.enter_context(
+            as_file(files("mpmworlds.sim.run").joinpath("child.py"))
         )
-        os.close(write_end)
+        (frames, frames_in), (printed, printed_in) = os.pipe(), os.pipe()
+        for pipe in (frames, printed):
+            stack.callback(os.close, pipe)
+        given = json.dumps(arguments | {"pipe": frames_in})
         try:
-            verdict = collect(read_end, received, deadline)
+            process = subprocess.Popen(
+                [sys.executable, "-I", "-X", "faulthandler", str(child), given],
+                stdin=subprocess.DEVNULL,
+                stdout=printed_in,
+                stderr=printed_in,
+                pass_fds=[frames_in],
+                cwd=folder,
+                env=environment(folder),
+                start_new_session=True,
+            )
+        finally:
+            os.close(frames_in)
+            os.close(printed_in)
+        channel = Channel(frames, deadline, printed, process)
+        try:
+            verdict = collect(channel, received)
             if verdict is None:
-                process.wait(max(deadline - time.monotonic(), 0.1))
-        except (TimeoutError, subprocess.TimeoutExpired):
+                channel.wait_for_end()
+        except TimeoutError:
             count = len(received.frames)
             verdict = "timeout", f"no end within the time allowed; {count} frames"
+        except Refused as refused:
+            verdict = refused.verdict
         finally:
             _kill(process)
-            os.close(read_end)
-    return verdict or _ending(process.returncode, len(received.frames))
+        status, message = verdict or _ending(process.returncode, len(received.frames))
+        if status in TALKATIVE:
+            message = f"{message}\n{channel.tail()}".strip()
+    return status, message
 
 
 def environment(home: Path) -> dict[str, str]:
@@ -204,61 +199,18 @@ def _kill(process: "subprocess.Popen[bytes]") -> None:
     """End the program, and also what it started and left behind."""
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+    with suppress(subprocess.TimeoutExpired):  # then the kernel is still at it
+        process.wait(DYING)
 
 
-def collect(
-    pipe: int, received: Received, deadline: float
-) -> tuple[Status, str] | None:
-    """Read messages until the pipe closes; a verdict if the child sent one."""
-    frames = received.frames
-    while header := read_pipe(pipe, HEADER.size, deadline):
-        if len(header) < HEADER.size:
-            return None
-        kind, height, width, length = HEADER.unpack(header)
-        payload = read_pipe(pipe, length, deadline)
-        if len(payload) < length:
-            return None
-        if kind == REPORT:
-            report = json.loads(payload)
-            return report["status"], report["message"]
-        if kind == TIME:
-            received.recording.begin(payload)
-        elif kind == STATE:
-            if not received.recording.add(height, width, payload):
-                return "no_states", (
-                    f"the state of frame {len(frames)} has another size than that of "
-                    "frame 0"
-                )
-        elif frames and frames[0].shape != (height, width, 3):
-            size = frames[0].shape[:2]
-            return "bad_frames", (
-                f"frame {len(frames)} is {(height, width)}, must be {size} like frame 0"
-            )
-        else:
-            frame = np.frombuffer(payload, np.uint8)
-            frames.append(frame.reshape(height, width, 3))
-    return None
-
-
-def read_pipe(pipe: int, length: int, deadline: float) -> bytearray:
-    """Up to `length` bytes, fewer only at the end; `TimeoutError` past the deadline."""
-    data = bytearray()
-    while len(data) < length:
-        left = deadline - time.monotonic()
-        if left <= 0 or not select.select([pipe], [], [], left)[0]:
-            raise TimeoutError
-        chunk = os.read(pipe, min(length - len(data), 1 << 20))
-        if not chunk:
-            break
-        data += chunk
-    return data
-
-
-def _ending(code: int, count: int) -> tuple[Status, str]:
+def _ending(code: int | None, count: int) -> Verdict:
     """What an exit without a report means."""
-    if code == -signal.SIGKILL:
+    if code is None or code == -signal.SIGKILL:
         return "killed", f"ended by SIGKILL after {count} frames"
+    if code == -signal.SIGSYS:
+        return "forbidden", f"it made a call of another system after {count} frames"
+    if code == -signal.SIGXCPU:
+        return "timeout", f"it used up its time on a processor; {count} frames"
     if code < 0:
         return "crash", f"ended by {signal.Signals(-code).name}"
     return "crash", f"left with exit code {code} after {count} frames"

@@ -19,16 +19,15 @@ from pathlib import Path
 
 from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.scratch import Scratch
-from mpmworlds.sim.run.run import (
-    MEMORY,
+from mpmworlds.sim.run.receive import (
     TAIL,
+    Channel,
     Outcome,
     Received,
     Status,
     collect,
-    environment,
-    read_pipe,
 )
+from mpmworlds.sim.run.run import MEMORY, environment
 
 SHARING = 64  # programs that share kernels; more would be slower to look up
 GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
@@ -101,7 +100,7 @@ class WarmStart(Closeable):
         ) as folder:
             path, log = Path(folder) / "program.py", Path(folder) / "log"
             path.write_text(program_text, "utf-8")
-            received = Received()
+            received = Received(max_frames)
             arguments = {
                 "path": str(path),
                 "log": str(log),
@@ -112,10 +111,11 @@ class WarmStart(Closeable):
                 "kernels": str(self._kernels),
             }
             pid, reader = self._fork(json.dumps(arguments).encode())
+            channel = Channel(reader, start + timeout)
             verdict: tuple[Status, str] | None
             left_well = False
             try:
-                verdict = collect(reader, received, start + timeout)
+                verdict = collect(channel, received)
                 left_well = verdict is not None and _says_goodbye(reader)
             except TimeoutError:
                 verdict = "timeout", f"no end within {timeout:g} s"
@@ -169,6 +169,6 @@ class WarmStart(Closeable):
 def _says_goodbye(pipe: int) -> bool:
     """Whether a program that has reported has also written its kernels."""
     try:
-        return bool(read_pipe(pipe, 1, time.monotonic() + GOODBYE))
+        return bool(Channel(pipe, time.monotonic() + GOODBYE).read(1))
     except TimeoutError:
         return False

@@ -71,6 +71,7 @@ def _become(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> None:
         os.chdir(os.path.dirname(arguments["path"]))
         os.environ["TI_OFFLINE_CACHE_FILE_PATH"] = arguments.pop("kernels")
         os.environ |= {"TI_OFFLINE_CACHE": "1", "TI_NUM_COMPILE_THREADS": "0"}
+        child.confine(arguments["memory"])
         child.main(pipe=pipe, **arguments)
         importlib.import_module("taichi").reset()  # which writes the kernels
         os.write(pipe, GOODBYE)

@@ -79,11 +79,14 @@ def lives(pid):
     return state not in "ZX"
 
 
+@pytest.mark.parametrize("trusted", [True, False], ids=["trusted", "sandbox"])
 @pytest.mark.parametrize(
     ("text", "status", "count", "message"), FAILURES.values(), ids=FAILURES
 )
-def test_failure_is_typed_and_keeps_the_frames_so_far(text, status, count, message):
-    outcome = run(text, timeout=30, memory=1 << 30)
+def test_failure_is_typed_and_keeps_the_frames_so_far(
+    text, status, count, message, trusted
+):
+    outcome = run(text, timeout=30, memory=3 << 30, trusted=trusted)
     assert (outcome.status, len(outcome.frames)) == (status, count)
     assert message in outcome.message
     with pytest.raises(RunError, match=status):
@@ -117,7 +120,8 @@ def test_a_hanging_program_is_ended_with_all_it_started(tmp_path):
         time.sleep(99)
     """
     start = time.monotonic()
-    outcome = run(FRAMES + textwrap.indent(textwrap.dedent(hang), "    "), timeout=3)
+    program = FRAMES + textwrap.indent(textwrap.dedent(hang), "    ")
+    outcome = run(program, timeout=3, trusted=True)
     assert (outcome.status, len(outcome.frames)) == ("timeout", 3)
     assert 3 <= time.monotonic() - start < 20
     assert not any(map(lives, note.read_text().split()))
@@ -131,7 +135,7 @@ def test_a_program_that_ends_leaves_no_process_behind(tmp_path, end):
         f"    child = subprocess.Popen({sleep})\n"
         f"    open({str(note)!r}, 'w').write(str(child.pid))\n"
     )
-    run(FRAMES + start + end, timeout=30)
+    run(FRAMES + start + end, timeout=30, trusted=True)
     assert not lives(note.read_text())
 
 
@@ -192,7 +196,41 @@ def test_a_user_gets_a_playable_preview(scene, frames, tmp_path):
 
 def test_a_program_that_prints_without_end_fills_no_disk():
     endless = "def frames():\n    while True:\n        print('x' * 2**20)\n"
-    outcome = run(endless, timeout=60)
-    assert outcome.status == "exception"
-    assert "File too large" in outcome.message
-    assert len(outcome.message) < 5000
+    outcome = run(endless, timeout=60, trusted=True)
+    assert outcome.status == "too_much_output"
+    assert outcome.message == "it printed 16 MiB"
+
+
+def test_a_process_that_keeps_the_pipe_open_is_not_waited_for():
+    fork = "    if os.fork() == 0:\n        os.setsid()\n        time.sleep(5)\n"
+    start = time.monotonic()
+    outcome = run(FRAMES + fork + "    os._exit(3)\n", timeout=60, trusted=True)
+    assert (outcome.status, len(outcome.frames)) == ("crash", 3)
+    assert time.monotonic() - start < 4
+
+
+def test_a_program_cannot_print_into_the_terminal():
+    outcome = run("raise ValueError('\\x1b[2J\\x07')\n", trusted=True)
+    assert "ValueError: ?[2J?" in outcome.message
+
+
+@pytest.mark.parametrize(
+    ("limit", "error"), [(1 << 30, "must be at least 2048"), (3 << 30, None)]
+)
+def test_a_low_limit_of_the_shell_is_told_or_kept_to(limit, error):
+    script = (
+        "import resource, sys\n"
+        f"resource.setrlimit(resource.RLIMIT_AS, ({limit}, {limit}))\n"
+        "from mpmworlds.sim.run.run import run\n"
+        "print(run(sys.argv[1], trusted=True).status)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, FRAMES],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if error:
+        assert error in done.stderr
+    else:
+        assert done.stdout == "ok\n"

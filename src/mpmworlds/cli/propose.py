@@ -41,8 +41,7 @@ def add_propose(verbs: Any) -> None:
         action="store_true",
         help="ask for a program beside each scene, and run what the model writes to "
         "compare its first frame with the scene. Programs with other modules, files or "
-        "hidden names are refused unrun, but that is no sandbox: with a model that you "
-        "do not trust, work in a container",
+        "hidden names are refused unrun; the others run in a sandbox",
     )
     parser.add_argument(
         "--screen",

@@ -99,6 +99,12 @@ def add_run(verbs: Any) -> None:
         "--timeout", type=float, default=1800.0, help="seconds (default 1800)"
     )
     parser.add_argument(
+        "--unsafe-no-sandbox",
+        action="store_true",
+        help="let a program.py do all that you may do: read and write your files, use "
+        "the network; only for one that you trust",
+    )
+    parser.add_argument(
         "--json",
         action="store_true",
         help="print the outcome as JSON; with --states also mass, momentum and energy "
@@ -132,6 +138,7 @@ def run(options: argparse.Namespace) -> int:
         options.timeout,
         states=options.states is not None,
         compiler=options.compiler,
+        trusted=scene is not None or options.unsafe_no_sandbox,
     )
     result: dict[str, Any] = {
         "status": outcome.status,

@@ -1,0 +1,1 @@
+"""Speed and soundness of the metrics: `python -m benchmarks.metrics`."""
