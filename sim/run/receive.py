@@ -9,7 +9,7 @@ import os
 import select
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, cast, get_args
 
@@ -71,6 +71,9 @@ class Outcome:
         What went wrong, empty if nothing did.
     states : Track, optional
         Those of all frames, if they were asked for and there are any.
+    sandbox : mapping, optional
+        What confined the program, see `sim.run.sandbox.lockdown.lock`; None if nothing
+        did.
     """
 
     status: Status
@@ -78,6 +81,7 @@ class Outcome:
     seconds: float
     message: str
     states: Track | None = None
+    sandbox: Mapping[str, Any] | None = None
 
     def expect(self) -> npt.NDArray[np.uint8]:
         """The frames of a run that must have ended well; raises `RunError`."""
@@ -208,7 +212,7 @@ class Received:
         frames = self.frames
         stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
         found = self.recording.track(len(frames))
-        return Outcome(status, stack, seconds, message, found)
+        return Outcome(status, stack, seconds, message, found, self.seal)
 
 
 def collect(channel: Channel, received: Received) -> Verdict | None:

@@ -45,12 +45,7 @@ def main():
 def answer(program, targets, folder):
     """Run one program."""
     text = program["text"].replace("TARGETS = {", f"TARGETS = {targets} or {{", 1)
-    start, seals = time.monotonic(), []
-    check = module._check_seal
-    module._check_seal = lambda received, message: (
-        seals.append(received.seal),
-        check(received, message),
-    )
+    start = time.monotonic()
     try:
         outcome = module.run(
             text,
@@ -59,11 +54,10 @@ def answer(program, targets, folder):
         )
         found = {"status": outcome.status, "message": outcome.message}
         found["frames"] = outcome.frames[-9:, :99, :9].tolist()
+        found["seal"] = outcome.sandbox
     except module.SandboxError as error:
         found = {"status": "SandboxError", "message": str(error), "frames": []}
-    finally:
-        module._check_seal = check
-    found |= {"seconds": time.monotonic() - start, "seal": seals and seals[0]}
+    found["seconds"] = time.monotonic() - start
     return found | {"left": left(folder)}
 
 
