@@ -187,6 +187,7 @@ def test_a_bomb_ends_in_time_in_a_typed_outcome_and_leaves_nothing(bomb, configu
 @pytest.mark.slow
 def test_without_a_sandbox_something_is_left():
     fork = "    if os.fork() == 0:\n        os.setsid()\n        time.sleep(20)\n"
+    fork += "    time.sleep(2)\n"  # else it may be killed before it has left
     (free,) = run_as({}, [{"text": HEAD + fork, "trusted": True}])
     assert len(free["left"]) == 1
 
