@@ -12,6 +12,7 @@ from huggingface_hub import DatasetCard
 from mpmworlds.files.checksums import read_checksums
 from mpmworlds.loaders.integrity import check_release
 from mpmworlds.loaders.locate import is_release, resolve
+from mpmworlds.loaders.regimes import DEFAULT, REGIMES, Regime, regime_named
 from mpmworlds.metrics.reduction import (
     Frames,
     reduce_clip,
@@ -19,6 +20,7 @@ from mpmworlds.metrics.reduction import (
     split_clip,
 )
 from mpmworlds.sim.run.encode import decode_mp4
+from mpmworlds.sim.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,8 @@ class Example:
         Frames per second of both [1/s].
     row
         The other columns of the release: scene, program, lineage, hashes.
+    regime
+        What is told of the scene.
     """
 
     id: str
@@ -42,6 +46,12 @@ class Example:
     continuation: Frames
     framerate: int
     row: dict[str, Any]
+    regime: Regime = REGIMES[DEFAULT]
+
+    @property
+    def side_info(self) -> str:
+        """Text that the regime tells of the scene; empty if it tells nothing."""
+        return self.regime.tell(Scene.from_yaml(self.row["scene"], self.id))
 
 
 class Examples(Sequence[Example]):
@@ -51,25 +61,32 @@ class Examples(Sequence[Example]):
     ----------
     table
         Rows of a release with the columns of ``mpmworlds.builder.release.features``.
+    regime
+        Name of what is told of the scenes.
     """
 
-    def __init__(self, table: datasets.Dataset) -> None:
+    def __init__(self, table: datasets.Dataset, regime: str = DEFAULT) -> None:
         self.table = table
+        self.regime = regime_named(regime)
 
     def __len__(self) -> int:
         return len(self.table)
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
-            return Examples(self.table.select(range(len(self))[index]))
-        return _example(self.table[index])
+            chosen = self.table.select(range(len(self))[index])
+            return Examples(chosen, self.regime.name)
+        return _example(self.table[index], self.regime)
 
     def __iter__(self) -> Iterator[Example]:
         return (self[index] for index in range(len(self)))
 
 
 def load(
-    name_or_dir: str | Path = "tiny", split: str = "test", config: str | None = None
+    name_or_dir: str | Path = "tiny",
+    split: str = "test",
+    config: str | None = None,
+    regime: str = DEFAULT,
 ) -> Examples:
     """Load the examples of a split.
 
@@ -85,6 +102,9 @@ def load(
         ``train``, ``modification_validation`` or ``test``.
     config
         Configuration, when a folder is named; its default one if left out.
+    regime
+        What is told of the scenes besides their prefixes, a key of
+        `mpmworlds.loaders.regimes.REGIMES`: nothing, unless another one is named.
 
     Returns
     -------
@@ -94,13 +114,13 @@ def load(
     Raises
     ------
     ValueError
-        If the release has no such configuration or split, or both arguments name a
-        configuration.
+        If the release has no such configuration or split, both arguments name a
+        configuration, or there is no such regime.
     ChecksumError
         If a file of a local release is damaged.
     """
     if is_release(Path(name_or_dir)):
-        return Examples(_map(Path(name_or_dir), config, split))
+        return Examples(_map(Path(name_or_dir), config, split), regime)
     if config is not None:
         raise ValueError(
             f"{name_or_dir}: is no release, so config = {config!r} cannot be one "
@@ -108,8 +128,9 @@ def load(
         )
     place = resolve()
     if is_release(Path(place)):
-        return Examples(_map(Path(place), str(name_or_dir), split))
-    return Examples(datasets.load_dataset(place, str(name_or_dir), split=split))
+        return Examples(_map(Path(place), str(name_or_dir), split), regime)
+    found = datasets.load_dataset(place, str(name_or_dir), split=split)
+    return Examples(found, regime)
 
 
 def _map(root: Path, config: str | None, split: str) -> datasets.Dataset:
@@ -138,7 +159,7 @@ def _default_config(root: Path) -> str:
     return str(name)
 
 
-def _example(row: dict[str, Any]) -> Example:
+def _example(row: dict[str, Any], regime: Regime) -> Example:
     if "video" not in row:
         raise ValueError(
             f"{row['id']}: has no video; load another configuration than 'recipes'"
@@ -150,4 +171,4 @@ def _example(row: dict[str, Any]) -> Example:
     except ValueError as error:
         raise ValueError(f"{row['id']}: {error}") from None
     others = {name: value for name, value in row.items() if name != "video"}
-    return Example(row["id"], prefix, continuation, framerate, others)
+    return Example(row["id"], prefix, continuation, framerate, others, regime)

@@ -1,7 +1,9 @@
 """Field types of the scene schema: strict numbers with a unit, a tag and a kind.
 
-Every field is tagged with what it gives away: *material*, *position*, *appearance* or
-*neutral*. The side-information regimes of a benchmark redact by tag, never by name.
+Every field is tagged with what it gives away: *material*, *position*, *appearance*,
+something of all (*derived*, as a time step that is fitted to stiffness and speed), or
+nothing (*neutral*). The side-information regimes of a benchmark redact by tag, never by
+name.
 Every number is of a kind, by which edits scale, mirror and jitter it, never by name.
 """
 
@@ -15,7 +17,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from mpmworlds.sim.scene.palette import PALETTE, is_exact, nearest
 
 TOLD_APART_BY: Final = ("object_type", "type", "constitutive_model")  # keys of unions
-Tag = Literal["material", "position", "appearance", "neutral"]
+Tag = Literal["material", "position", "appearance", "derived", "neutral"]
 Mirror = Literal["same", "across", "negated", "turned", "x_negated"]
 
 

@@ -15,10 +15,10 @@ class Simulation(Part):
         "neutral", "cells per side", ge=32, le=512, kind="setting"
     )
     time_step_dt: float = about(
-        "neutral", "time step", "s", gt=0.0, le=1e-2, kind="setting"
+        "derived", "time step", "s", gt=0.0, le=1e-2, kind="setting"
     )
     substeps_per_frame: int = about(
-        "neutral", "time steps per frame", ge=1, le=10000, kind="setting"
+        "derived", "time steps per frame", ge=1, le=10000, kind="setting"
     )
     duration_frames: int = about(
         "neutral", "frames of the video", ge=1, le=10000, kind="setting"

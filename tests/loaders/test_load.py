@@ -5,8 +5,10 @@ import shutil
 import numpy as np
 import pytest
 
+from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.files.checksums import ChecksumError
 from mpmworlds.loaders.load import load
+from mpmworlds.loaders.regimes import REGIMES
 
 
 @pytest.fixture(autouse=True)
@@ -31,6 +33,16 @@ def test_a_row_has_everything_but_the_video(release):
     assert example.row["split"] == "test"
     assert example.row["program"].startswith("import numpy")
     assert "video" not in example.row
+
+
+def test_an_example_is_told_what_its_regime_tells(release):
+    (name, scene), *_ = load_seeds().items()
+    for regime in REGIMES:
+        example = load(release, regime=regime)[:2][1]
+        example.row["scene"], example.row["id"] = scene.to_yaml(), name
+        assert example.side_info == REGIMES[regime].tell(scene)
+    with pytest.raises(ValueError, match="regime 'all': unknown"):
+        load(release, regime="all")
 
 
 def test_examples_are_a_sequence(release):

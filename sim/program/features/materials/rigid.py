@@ -63,7 +63,7 @@ class Rigid(Material):
         "material", "Coulomb coefficient", default=0.3, ge=0.0, le=10.0, kind="friction"
     )
     skin_cells: float = about(
-        "neutral",
+        "material",  # no other material has it
         "distance of contact",
         "cells",
         default=0.3,
