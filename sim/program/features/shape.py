@@ -9,7 +9,7 @@ what lies within `roundness` of it, or what it encloses. All take the shape's `n
 
 import math
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,9 @@ RASTER = 400  # points across a shape, where its moments are summed
 
 class Shape(Part):
     """What every shape has: where it is."""
+
+    if TYPE_CHECKING:
+        type: str
 
     center: Vec2 = about("position", "center of the shape", "m", kind="position")
 
