@@ -19,6 +19,7 @@ from mpmworlds.metrics.tiles import tile_of_pixel
 
 COLOURS = 1 << 24
 LARGEST_TABLE = 4_000_000  # counts by frame, tile and colour
+FEW = 500  # colours that are looked up as they come
 Counts = npt.NDArray[np.int64]
 V = TypeVar("V")
 
@@ -95,14 +96,10 @@ class View:
             & np.uint32(COLOURS - 1)
             for frame, place in zip(self.clip, places, strict=True)
         ]
-        seen = np.zeros(COLOURS, np.bool_)
-        for colours in packed:
-            seen[colours] = True
-        distinct = np.flatnonzero(seen)
-        number = np.empty(COLOURS, np.int32)
-        number[distinct] = np.arange(distinct.size, dtype=np.int32)
-        pixels = zip(places, packed, strict=True)
-        return distinct.astype(np.uint32), [Foreground(p, number[c]) for p, c in pixels]
+        colours, numbers = _numbered(packed)
+        return colours, [
+            Foreground(*pair) for pair in zip(places, numbers, strict=True)
+        ]
 
     @property
     def colours(self) -> Colours:
@@ -176,6 +173,25 @@ class View:
             ],
             axis=1,
         )
+
+
+def _numbered(frames: list[Colours]) -> tuple[Colours, list[npt.NDArray[np.int32]]]:
+    """The distinct colours of frames, ascending, and their numbers in each frame."""
+    number = np.zeros(COLOURS, np.int32)  # from 1; memory is taken where it is used
+    known = np.zeros(0, np.uint32)
+    for colours in frames:
+        new = np.unique(colours[number[colours] == 0])
+        known = np.concatenate([known, new])
+        if known.size > FEW:
+            seen = np.zeros(COLOURS, np.bool_)
+            for every in frames:
+                seen[every] = True
+            known = np.flatnonzero(seen).astype(np.uint32)
+            break
+        number[new] = 1
+    known.sort()
+    number[known] = np.arange(known.size, dtype=np.int32)
+    return known, [number[colours] for colours in frames]
 
 
 def viewed(clip: Clip | View, subject: str) -> View:

@@ -17,8 +17,8 @@ TOGETHER = 8  # frames that are sorted together: more have more pixels to pass o
 @lru_cache(maxsize=2)
 def _sweeps(
     height: int, width: int, directions: int
-) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.float64]]:
-    """Sort all pixels along each direction: rank of a pixel, position of a rank.
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.float64]]:
+    """Sort all pixels along each direction: their order, and their positions in it.
 
     Pixels lie on one grid, so one sort per direction serves all frames and clips. Both
     are `(directions, H W)`.
@@ -28,11 +28,8 @@ def _sweeps(
     place = np.outer(np.cos(angles), column) + np.outer(np.sin(angles), row)
     order = np.argsort(place, axis=1, kind="stable")
     position = np.take_along_axis(place, order, axis=1) / max(height, width)
-    rank = np.empty(order.shape, np.uint64)
-    numbers = np.arange(height * width, dtype=np.uint64)
-    np.put_along_axis(rank, order, numbers[None], axis=1)
-    rank.flags.writeable = position.flags.writeable = False
-    return rank, position
+    order.flags.writeable = position.flags.writeable = False
+    return order, position
 
 
 def _signed_masses(
@@ -64,25 +61,24 @@ def _sliced_areas(one: View, other: View, frames: npt.NDArray[np.intp]) -> Curve
     """
     directions = one.constants.semd_directions
     weights, used = _signed_masses(one.mask[frames], other.mask[frames])
-    # Rank and number of a pixel in one number: sorting those is faster than argsort.
-    shift = np.uint64(used.size.bit_length())
-    numbers = np.arange(used.size, dtype=np.uint64)
+    is_used = np.zeros(one.mask.shape[1], np.bool_)
+    is_used[used] = True
+    number = np.empty(one.mask.shape[1], np.intp)
+    number[used] = np.arange(used.size)
     sorted_weights = np.empty((1, used.size), np.float32)
     sums = np.empty((2, used.size + 1))
     heights = np.empty(used.size - 1)
     areas = np.zeros(len(frames))
-    for rank, position in zip(*_sweeps(*one.shape[1:], directions), strict=True):
-        keys = np.sort(rank[used] << shift | numbers)
-        pick = (keys & ((np.uint64(1) << shift) - np.uint64(1))).astype(np.intp)
-        gaps = np.diff(position[(keys >> shift).astype(np.intp)])
+    for order, position in zip(*_sweeps(*one.shape[1:], directions), strict=True):
+        among = np.flatnonzero(is_used[order])
+        pick, gaps = number[order[among]], np.diff(position[among])
         for k, weight in enumerate(weights):
             np.take(weight, pick, out=sorted_weights[0], mode="clip")
             # The integral image of one row is its cumulative sum, 4 times faster.
             cv2.integral(sorted_weights, sums, sdepth=cv2.CV_64F)
             np.abs(sums[1, 1:-1], out=heights)
             # No dot product: its last bits depend on the threads of the BLAS.
-            np.multiply(heights, gaps, out=heights)
-            areas[k] += heights.sum()
+            areas[k] += np.einsum("i,i->", heights, gaps)
     return areas
 
 
