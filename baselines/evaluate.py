@@ -1,5 +1,6 @@
 """The evaluation loop: predictor x samples -> results, summary, table."""
 
+import hashlib
 import json
 import sys
 from collections.abc import Sequence
@@ -7,12 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from mpmworlds.baselines.protocol import Candidate, Failure, Predictor, Task
+from mpmworlds.baselines.protocol import (
+    Answers,
+    AnyPredictor,
+    Candidate,
+    Failure,
+    Oracle,
+    Task,
+)
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import Provenance, Result, ResultsFile
 from mpmworlds.baselines.summary import summarise_results, summary_table
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.loaders.load import Example, load
+from mpmworlds.loaders.regimes import DEFAULT
 from mpmworlds.metrics import score
 from mpmworlds.metrics.reduction import Frames
 
@@ -29,6 +38,7 @@ def evaluate(
     config: str = "tiny",
     limit: int | None = None,
     progress: bool = True,
+    regime: str = DEFAULT,
 ) -> Path:
     """Evaluate a built-in predictor on a split of a release.
 
@@ -49,6 +59,9 @@ def evaluate(
         Evaluate only so many samples, the first ones of the split.
     progress
         Write a line per sample to standard error.
+    regime
+        What the predictor is told besides the prefix, a key of
+        `mpmworlds.loaders.regimes.REGIMES`.
 
     Returns
     -------
@@ -61,7 +74,7 @@ def evaluate(
     ResultsError
         If ``out_dir`` holds results of another predictor, release, split or version.
     ValueError
-        If the predictor or the split is unknown, or there is no sample.
+        If the predictor, the regime or the split is unknown, or there is no sample.
     """
     if limit is not None and limit < 1:
         raise ValueError(
@@ -69,14 +82,14 @@ def evaluate(
         )
     predictor = predictor_named(predictor_name)
     release = Path(release_dir)
-    examples = load(release, split=split, config=config)[:limit]
-    provenance = Provenance.of(release, predictor.name, config, split)
+    examples = load(release, split=split, config=config, regime=regime)[:limit]
+    provenance = Provenance.of(release, predictor, config, split, regime)
     return evaluate_examples(examples, predictor, provenance, Path(out_dir), progress)
 
 
 def evaluate_examples(
     examples: Sequence[Example],
-    predictor: Predictor,
+    predictor: AnyPredictor,
     provenance: Provenance,
     out_dir: Path,
     progress: bool = True,
@@ -121,7 +134,7 @@ def evaluate_examples(
     return path
 
 
-def score_example(example: Example, predictor: Predictor) -> list[Result]:
+def score_example(example: Example, predictor: AnyPredictor) -> list[Result]:
     """Predict one sample and score every candidate; a failure is a result, too.
 
     Parameters
@@ -137,16 +150,14 @@ def score_example(example: Example, predictor: Predictor) -> list[Result]:
     list of Result
         One per candidate, at least one.
     """
-    task = Task(
-        id=example.id,
-        prefix=example.prefix,
-        horizon=len(example.continuation),
-        framerate=example.framerate,
-        row=example.row,
-    )
+    task = task_of(example)
     answers: Sequence[Candidate | Failure]
     try:
-        answers = predictor.predict(task)
+        if isinstance(predictor, Oracle):
+            known = Answers(example.row, example.continuation)
+            answers = predictor.reveal(task, known)
+        else:
+            answers = predictor.predict(task)
     except Exception as error:  # noqa: BLE001 - whatever it is, it is this sample's outcome
         answers = [Failure("predictor_error", f"{type(error).__name__}: {error}")]
     if not answers:
@@ -155,6 +166,18 @@ def score_example(example: Example, predictor: Predictor) -> list[Result]:
         _result(example, number, len(answers), _checked(answer, example, len(answers)))
         for number, answer in enumerate(answers)
     ]
+
+
+def task_of(example: Example) -> Task:
+    """What a predictor gets of a sample: what the regime gives, and nothing else."""
+    neutral = hashlib.sha256(f"task of {example.id}".encode()).hexdigest()
+    return Task(
+        id=neutral[:16],
+        prefix=example.prefix,
+        side_info=example.side_info,
+        horizon=len(example.continuation),
+        framerate=example.framerate,
+    )
 
 
 def _checked(

@@ -6,21 +6,21 @@ the video does not hold what the program draws.
 
 from collections.abc import Sequence
 
-from mpmworlds.baselines.protocol import Candidate, Failure, Task
+from mpmworlds.baselines.protocol import Answers, Candidate, Failure, Task
 from mpmworlds.metrics.reduction import reduce_clip
 from mpmworlds.sim.run.run import run
 
 
-class Oracle:
+class OracleProgram:
     """Runs the program of the release row."""
 
     name = "oracle"
 
-    def predict(self, task: Task) -> Sequence[Candidate | Failure]:
+    def reveal(self, task: Task, answers: Answers) -> Sequence[Candidate | Failure]:
         """Return the frames of the program, or the status that its run ended with."""
-        outcome = run(str(task.row["program"]))
+        outcome = run(str(answers.row["program"]))
         if outcome.status != "ok":
             return [Failure(outcome.status, outcome.message)]
         seen = len(task.prefix)
-        frames = reduce_clip(outcome.frames, int(task.row["framerate"]))
+        frames = reduce_clip(outcome.frames, int(answers.row["framerate"]))
         return [Candidate(frames[seen : seen + task.horizon], prefix=frames[:seen])]

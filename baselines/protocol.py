@@ -1,8 +1,12 @@
-"""What a predictor is: a task in, candidates out."""
+"""What a predictor is: a task in, candidates out.
+
+A task carries what its regime gives, and nothing else. What tells how well anything
+could do is handed the answers by a door of its own, and results say so.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 from mpmworlds.metrics.reduction import Frames
 
@@ -12,15 +16,15 @@ class Task:
     """What a predictor is given for one sample. The continuation is not in it."""
 
     id: str
-    """Sample to predict."""
+    """Name of the sample that says nothing of it, the same in every run."""
     prefix: Frames
     """The frames that have been seen."""
+    side_info: str
+    """What the regime tells of the scene; empty if it tells nothing."""
     horizon: int
     """Number of frames to predict."""
     framerate: int
     """Frames per second of prefix and continuation. [1/s]"""
-    row: Mapping[str, Any]
-    """The sample's row of the release, without its video: scene, program, lineage."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +62,7 @@ class Predictor(Protocol):
         """Name in result files and tables."""
         ...
 
-    def predict(self, task: Task) -> Sequence[Candidate | Failure]:
+    def predict(self, task: Task, /) -> Sequence[Candidate | Failure]:
         """Predict one sample.
 
         Parameters
@@ -73,3 +77,30 @@ class Predictor(Protocol):
             need a ``prefix`` each, since one of them is selected by its prefix.
         """
         ...
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What no predictor may know of a sample."""
+
+    row: Mapping[str, Any]
+    """Its row of the release, without its video: scene, program, lineage."""
+    continuation: Frames
+    """The frames that are to be predicted."""
+
+
+@runtime_checkable
+class Oracle(Protocol):
+    """Something that knows the answers, and shows what a prediction could be worth."""
+
+    @property
+    def name(self) -> str:
+        """Name in result files and tables."""
+        ...
+
+    def reveal(self, task: Task, answers: Answers, /) -> Sequence[Candidate | Failure]:
+        """As `Predictor.predict`, with the answers at hand."""
+        ...
+
+
+AnyPredictor: TypeAlias = Predictor | Oracle

@@ -6,16 +6,16 @@ from typing import Final
 
 from mpmworlds.baselines.black import Black
 from mpmworlds.baselines.copy_last import CopyLast
-from mpmworlds.baselines.oracle import Oracle
-from mpmworlds.baselines.protocol import Predictor
+from mpmworlds.baselines.oracle import OracleProgram
+from mpmworlds.baselines.protocol import AnyPredictor
 
-PREDICTORS: Final[Mapping[str, Callable[[], Predictor]]] = MappingProxyType(
-    {"black": Black, "copy_last": CopyLast, "oracle": Oracle}
+PREDICTORS: Final[Mapping[str, Callable[[], AnyPredictor]]] = MappingProxyType(
+    {"black": Black, "copy_last": CopyLast, "oracle": OracleProgram}
 )
 """Name -> maker of the predictor."""
 
 
-def predictor_named(name: str) -> Predictor:
+def predictor_named(name: str) -> AnyPredictor:
     """Make a built-in predictor.
 
     Parameters
@@ -25,7 +25,7 @@ def predictor_named(name: str) -> Predictor:
 
     Returns
     -------
-    Predictor
+    Predictor or Oracle
         A new predictor of that name.
 
     Raises

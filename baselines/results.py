@@ -13,8 +13,10 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
+from mpmworlds.baselines.protocol import AnyPredictor, Oracle
 from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.journal import Journal, JournalBusyError
+from mpmworlds.loaders.regimes import DEFAULT
 from mpmworlds.metrics import VERSION, Row, definition
 
 log = logging.getLogger(__name__)
@@ -34,6 +36,10 @@ class Provenance:
     """Configuration of the release, e.g. ``tiny``."""
     split: str
     """Split that the samples are from."""
+    regime: str
+    """What the predictor was told besides the prefix."""
+    knows_answers: bool
+    """Whether it is an oracle: what it scores is no prediction."""
     release_sha256: str
     """Digest of the release's list of checksums, which names every file of it."""
     metrics_version: str
@@ -42,13 +48,22 @@ class Provenance:
     """Digest of the constants of the metrics."""
 
     @classmethod
-    def of(cls, release: Path, predictor: str, config: str, split: str) -> Self:
+    def of(
+        cls,
+        release: Path,
+        predictor: AnyPredictor,
+        config: str,
+        split: str,
+        regime: str = DEFAULT,
+    ) -> Self:
         """Return the provenance of results that are computed now."""
         constants = json.dumps(definition(), sort_keys=True).encode()
         return cls(
-            predictor=predictor,
+            predictor=predictor.name,
             config=config,
             split=split,
+            regime=regime,
+            knows_answers=isinstance(predictor, Oracle),
             release_sha256=hashlib.sha256(_checksums(release)).hexdigest(),
             metrics_version=VERSION,
             constants_sha256=hashlib.sha256(constants).hexdigest(),

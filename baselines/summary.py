@@ -98,9 +98,10 @@ def summary_table(summary: dict[str, Any]) -> str:
     """
     origin = summary["provenance"]
     outcomes = ", ".join(f"{n} {name}" for name, n in summary["outcomes"].items())
-    where = f"{origin['config']}/{origin['split']}"
+    where = f"{origin['config']}/{origin['split']}, {origin['regime']}"
+    who = origin["predictor"] + " (knows the answers)" * origin["knows_answers"]
     lines = [
-        f"{origin['predictor']} on {where}, {origin['metrics_version']}",
+        f"{who} on {where}, {origin['metrics_version']}",
         f"{summary['samples']} samples, {summary['candidates']} candidates: {outcomes}",
     ]
     for part in ("continuation", "prefix"):

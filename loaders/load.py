@@ -51,6 +51,8 @@ class Example:
     @property
     def side_info(self) -> str:
         """Text that the regime tells of the scene; empty if it tells nothing."""
+        if self.regime.blind:
+            return ""
         return self.regime.tell(Scene.from_yaml(self.row["scene"], self.id))
 
 

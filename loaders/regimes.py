@@ -6,6 +6,7 @@ that differ only in what is hidden are told in the same words.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -33,11 +34,18 @@ class Regime:
         What is told, for people.
     tell
         Text for a scene; empty if nothing is told.
+    blind
+        Whether nothing is told of any scene, so that none need be read.
     """
 
     name: str
     meaning: str
     tell: Callable[[Scene], str]
+    blind: bool = False
+
+
+def _nothing(scene: Scene) -> str:
+    return ""
 
 
 def redacted(scene: Scene, hidden: Tag) -> str:
@@ -123,17 +131,17 @@ REGIMES: Final[Mapping[str, Regime]] = MappingProxyType(
     {
         regime.name: regime
         for regime in (
-            Regime("frames_only", "nothing", lambda scene: ""),
+            Regime("frames_only", "nothing", _nothing, blind=True),
             Regime("full_config", "the scene, as its YAML", Scene.to_yaml),
             Regime(
                 "no_materials",
                 "the scene without materials and what follows from them",
-                lambda scene: redacted(scene, "material"),
+                partial(redacted, hidden="material"),
             ),
             Regime(
                 "no_positions",
                 "the scene without places, angles and velocities",
-                lambda scene: redacted(scene, "position"),
+                partial(redacted, hidden="position"),
             ),
             Regime("caption", "the scene in words, without numbers", caption),
         )

@@ -52,7 +52,9 @@ def test_evaluation_prints_its_table_and_writes_its_files(command, release, tmp_
     options = ["--release", release, "--predictor", "copy_last", "--out", tmp_path]
     status, out, err = command("evaluate", *options)
     assert status == 0
-    assert out.startswith(f"copy_last on tiny/test, {VERSION}\n2 samples, ")
+    assert out.startswith(
+        f"copy_last on tiny/test, frames_only, {VERSION}\n2 samples, "
+    )
     assert err.splitlines() == ["1/2 p0002 ok", "2/2 p0002-n00 ok"]
     names = ["results.jsonl", "summary.json", "summary.txt"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names

@@ -74,6 +74,6 @@ def test_quickstart_prints_a_sample_and_the_table(small, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "              id  p0000\n" in done.stdout
     assert "prefix (38, 64, 64, 3), continuation (2, 64, 64, 3)" in done.stdout
-    assert f"copy_last on tiny/test, {VERSION}" in done.stdout
+    assert f"copy_last on tiny/test, frames_only, {VERSION}" in done.stdout
     video = decode_mp4((tmp_path / "work" / "quickstart.mp4").read_bytes())
     assert video.shape == (80, 64, 64, 3)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mpmworlds.baselines.copy_last import CopyLast
 from mpmworlds.baselines.results import Provenance
 from mpmworlds.loaders.load import Example
 
@@ -46,4 +47,4 @@ def provenance(tmp_path):
     release = tmp_path / "release"
     release.mkdir()
     (release / "SHA256SUMS").write_text("0  README.md\n")
-    return Provenance.of(release, "copy_last", "tiny", "test")
+    return Provenance.of(release, CopyLast(), "tiny", "test")

@@ -2,18 +2,22 @@
 
 import json
 import pickle
+import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mpmworlds.baselines.black import Black
 from mpmworlds.baselines.copy_last import CopyLast
-from mpmworlds.baselines.evaluate import evaluate_examples, score_example
+from mpmworlds.baselines.evaluate import evaluate_examples, score_example, task_of
 from mpmworlds.baselines.protocol import Candidate, Failure
 from mpmworlds.baselines.results import ResultsError, read_results
+from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.loaders.regimes import REGIMES
 from mpmworlds.metrics import SCORED
 
 
@@ -73,6 +77,46 @@ def test_predictor_does_not_get_the_continuation(make_example):
     np.testing.assert_array_equal(task.prefix, example.prefix)
 
 
+class Sealed(dict):
+    """A row of which nothing may be read but what slices of the results need."""
+
+    def __getitem__(self, name):
+        assert name in ("family_id", "materials", "num_objects"), name
+        return super().__getitem__(name)
+
+
+def test_a_task_carries_what_the_regime_gives_and_nothing_else(make_example):
+    predictor = Answers(Failure("none", ""))
+    example = make_example()
+    score_example(replace(example, row=Sealed(example.row)), predictor)
+    (task,) = predictor.tasks
+    assert vars(task).keys() == {"id", "prefix", "side_info", "horizon", "framerate"}
+    assert task.side_info == ""
+    assert not re.search(r"p\d{4}", task.id)
+    scene = next(iter(load_seeds().values()))
+    told = replace(make_example(scene=scene.to_yaml()), regime=REGIMES["no_materials"])
+    assert task_of(told).side_info == REGIMES["no_materials"].tell(scene)
+    assert task_of(told).id == task.id
+
+
+def test_an_oracle_is_handed_the_answers_and_results_say_so(
+    make_example, provenance, tmp_path
+):
+    class Knows:
+        name = "copy_last"
+
+        def reveal(self, task, answers):
+            assert answers.row["family_id"] == "p0001"
+            return [Candidate(answers.continuation, task.prefix)]
+
+    assert not provenance.knows_answers
+    open_door = replace(provenance, knows_answers=True)
+    summary = run([make_example()], Knows(), open_door, tmp_path)
+    assert summary["continuation"]["mask_iou"]["valid"]["mean"] == 1.0
+    table = (tmp_path / "summary.txt").read_text()
+    assert table.startswith("copy_last (knows the answers) on tiny/test, frames_only")
+
+
 CONTINUATION = np.zeros((10, 32, 32, 3), np.uint8)
 PREFIX = CONTINUATION[:6]
 
@@ -126,13 +170,15 @@ def test_candidate_is_selected_by_its_prefix(make_example, provenance, tmp_path)
 
 
 def test_failed_samples_count_at_the_worst_value(make_example, provenance, tmp_path):
+    still = [make_example(f"p{number:04d}", speed=0) for number in range(4)]
+    odd = {task_of(example).id for example in still[1::2]}
+
     class OnlyEven(CopyLast):
         def predict(self, task):
-            if int(task.id[1:]) % 2:
+            if task.id in odd:
                 return [Failure("odd", "an odd sample")]
             return super().predict(task)
 
-    still = [make_example(f"p{number:04d}", speed=0) for number in range(4)]
     summary = run(still, OnlyEven(), provenance, tmp_path)
     assert summary["outcomes"] == {"odd": 2, "ok": 2}
     overlap = summary["continuation"]["mask_iou"]
@@ -153,7 +199,9 @@ def test_done_samples_are_not_computed_again(examples, provenance, tmp_path):
     run(examples[:3], CopyLast(), provenance, tmp_path)
     predictor = Answers(Failure("late", ""))
     summary = run(examples, predictor, provenance, tmp_path)
-    assert [task.id for task in predictor.tasks] == ["p0003", "p0004"]
+    assert [task.id for task in predictor.tasks] == [
+        task_of(example).id for example in examples[3:]
+    ]
     assert summary["outcomes"] == {"late": 2, "ok": 3}
 
 
@@ -166,11 +214,11 @@ KILLED_HALFWAY = """
 import os, pickle, signal, sys
 from pathlib import Path
 from mpmworlds.baselines.copy_last import CopyLast
-from mpmworlds.baselines.evaluate import evaluate_examples
+from mpmworlds.baselines.evaluate import evaluate_examples, task_of
 
 class Killed(CopyLast):
     def predict(self, task):
-        if task.id == "p0003":
+        if task.id == task_of(examples[3]).id:
             os.kill(os.getpid(), signal.SIGKILL)
         return super().predict(task)
 

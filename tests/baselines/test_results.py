@@ -7,6 +7,7 @@ import logging
 
 import pytest
 
+from mpmworlds.baselines.copy_last import CopyLast
 from mpmworlds.baselines.results import (
     Provenance,
     Result,
@@ -141,13 +142,13 @@ def test_file_is_written_by_one_process_at_a_time(path, provenance):
 
 def test_provenance_follows_the_checksums_of_the_release(tmp_path, provenance):
     release = tmp_path / "release"
-    again = Provenance.of(release, "copy_last", "tiny", "test")
+    again = Provenance.of(release, CopyLast(), "tiny", "test")
     assert again == provenance
     (release / "SHA256SUMS").write_text("1  README.md\n")
-    changed = Provenance.of(release, "copy_last", "tiny", "test")
+    changed = Provenance.of(release, CopyLast(), "tiny", "test")
     assert changed.release_sha256 != provenance.release_sha256
 
 
 def test_release_without_checksums_is_an_error(tmp_path):
     with pytest.raises(FileNotFoundError, match="SHA256SUMS: missing"):
-        Provenance.of(tmp_path, "copy_last", "tiny", "test")
+        Provenance.of(tmp_path, CopyLast(), "tiny", "test")

@@ -35,7 +35,7 @@ RESULTS = [
 
 def test_table_shows_both_summaries_of_every_metric(provenance):
     table = summary_table(summarise_results(provenance, RESULTS)).splitlines()
-    assert table[0] == "copy_last on tiny/test, mpmworlds-metrics/2"
+    assert table[0] == "copy_last on tiny/test, frames_only, mpmworlds-metrics/2"
     assert table[1] == "3 samples, 3 candidates: 1 crash, 2 ok"
     assert table[3].split()[:3] == ["continuation", "valid", "only"]
     rows = {line.split()[0]: line for line in table[4:]}

@@ -53,6 +53,12 @@ def add_evaluate(verbs: Any) -> None:
     parser.add_argument("--config", default="tiny", help="configuration (default tiny)")
     parser.add_argument("--predictor", required=True, help="name of a predictor")
     parser.add_argument("--split", default="test", help="split (default test)")
+    parser.add_argument(
+        "--regime",
+        default="frames_only",
+        help="what it is told of the scenes: frames_only (default), full_config, "
+        "no_materials, no_positions or caption",
+    )
     parser.add_argument("--out", type=Path, help="default: work/results/PREDICTOR")
     parser.add_argument("--limit", type=int, help="evaluate only so many samples")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
@@ -71,6 +77,7 @@ def evaluate(options: argparse.Namespace) -> int:
         out,
         options.config,
         options.limit,
+        regime=options.regime,
     )
     summary = json.loads(path.read_text("utf-8"))
     print(json.dumps(summary) if options.json else summary_table(summary))
