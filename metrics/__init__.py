@@ -10,7 +10,6 @@ from mpmworlds.metrics.aggregate import (
     Interval,
     Row,
     Summary,
-    normalised_scores,
     summarise,
 )
 from mpmworlds.metrics.constants import CONSTANTS, VERSION, Constants, definition
@@ -26,6 +25,7 @@ from mpmworlds.metrics.definitions.mse import mse
 from mpmworlds.metrics.definitions.semd import semd
 from mpmworlds.metrics.definitions.wmae import wmae
 from mpmworlds.metrics.metric import Metric
+from mpmworlds.metrics.ranking import anchored_score, normalised_scores
 from mpmworlds.metrics.registry import METRICS, SCORED, metric_named, score
 from mpmworlds.metrics.select import best_of_n
 from mpmworlds.metrics.view import View
@@ -41,6 +41,7 @@ __all__ = [
     "Row",
     "Summary",
     "View",
+    "anchored_score",
     "anomaly",
     "anomaly_excess",
     "best_of_n",

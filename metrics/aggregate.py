@@ -1,15 +1,17 @@
-"""From rows to reported numbers: three summaries, intervals, normalised scores."""
+"""From rows to reported numbers: three summaries, with intervals."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from mpmworlds.metrics.constants import CONSTANTS
 from mpmworlds.metrics.registry import metric_named
 
+Columns = npt.NDArray[np.float64]
 VALID: Final = "ok"
 """Outcome of a candidate whose clip was scored; any other outcome is a failure."""
 
@@ -110,24 +112,53 @@ class Summary:
 def _interval(values: Sequence[tuple[str, float]], seed: int) -> Interval:
     """Summarise (family, value) pairs; families are resampled whole."""
     numbers = np.array([value for _, value in values], dtype=np.float64)
-    names = sorted({family for family, _ in values})
-    n = numbers.size
+    families = [family for family, _ in values]
+    n, different = numbers.size, len(set(families))
     mean = float(numbers.mean()) if n else None
     sem = float(numbers.std(ddof=1) / math.sqrt(n)) if n > 1 else None
+    low, high = bootstrap(families, numbers[:, None], lambda means: means[:, 0], seed)
+    return Interval(mean, sem, n, different, low, high)
+
+
+def bootstrap(
+    families: Sequence[str],
+    values: Columns,
+    score: Callable[[Columns], Columns],
+    seed: int,
+) -> tuple[float | None, float | None]:
+    """Ends of the percentile interval of a score of means, families resampled whole.
+
+    Parameters
+    ----------
+    families : sequence of str, length n
+        Family of each sample.
+    values : float64 array, shape (n, K)
+        K numbers of each sample.
+    score : callable
+        From means (R, K) of R resamples to their scores (R,).
+    seed : int
+        Seed of the resamples (numpy Philox).
+
+    Returns
+    -------
+    pair of float, or of None
+        Lower and upper end; None of too few families.
+    """
+    names = sorted(set(families))
     if len(names) < CONSTANTS.bootstrap_min_families:
-        return Interval(mean, sem, n, len(names), None, None)
+        return None, None
     number = {name: k for k, name in enumerate(names)}
-    family = np.array([number[name] for name, _ in values])
-    sums = np.bincount(family, weights=numbers)
+    family = np.array([number[name] for name in families])
+    sums = np.zeros((len(names), values.shape[1]))
+    np.add.at(sums, family, values)
     counts = np.bincount(family)
     random = np.random.Generator(np.random.Philox(seed))
-    draws = random.integers(
-        len(names), size=(CONSTANTS.bootstrap_resamples, len(names))
-    )
-    means = sums[draws].sum(axis=1) / counts[draws].sum(axis=1)
+    shape = CONSTANTS.bootstrap_resamples, len(names)
+    draws = random.integers(len(names), size=shape)
+    means = sums[draws].sum(axis=1) / counts[draws].sum(axis=1)[:, None]
     tail = (1 - CONSTANTS.bootstrap_confidence) / 2
-    low, high = np.quantile(means, [tail, 1 - tail])
-    return Interval(mean, sem, n, len(names), float(low), float(high))
+    low, high = np.quantile(score(means), [tail, 1 - tail])
+    return float(low), float(high)
 
 
 def _by_sample(rows: Iterable[Row]) -> dict[str, dict[str, Row]]:
@@ -190,44 +221,3 @@ def summarise(rows: Iterable[Row], metric: str, seed: int = 0) -> dict[str, Summ
             paired=_interval([values[s] for s in samples if s in shared], seed),
         )
     return summaries
-
-
-def normalised_scores(
-    means: Mapping[str, Mapping[str, float]],
-) -> dict[str, float]:
-    """Compute one comparable number per table row.
-
-    Parameters
-    ----------
-    means : mapping of str to (mapping of str to float)
-        For each row shown (a model and regime), its mean per metric; the same metrics
-        in every row.
-
-    Returns
-    -------
-    dict of str to float
-        In [0, 1], up is good: each metric is min-max scaled over the rows, flipped
-        where down is better, and averaged. A metric on which all rows tie gives 0.5
-        to each, so it changes no order.
-
-    Raises
-    ------
-    ValueError
-        If a metric is unknown, there is none, or the rows differ in their metrics.
-    """
-    names = sorted({name for row in means.values() for name in row})
-    for label, row in means.items():
-        if not names or sorted(row) != names:
-            raise ValueError(
-                f"row {label!r}: metrics {sorted(row)}, must be those of all rows, "
-                f"{names}, and at least one; leave out rows or metrics without a value"
-            )
-    totals = dict.fromkeys(means, 0.0)
-    for name in names:
-        column = [row[name] for row in means.values()]
-        low, high = min(column), max(column)
-        for label, value in zip(means, column, strict=True):
-            share = (value - low) / (high - low) if high > low else 0.5
-            up = metric_named(name).direction == "up"
-            totals[label] += share if up else 1 - share
-    return {label: total / len(names) for label, total in totals.items()}

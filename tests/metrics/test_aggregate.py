@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mpmworlds.metrics import Row, normalised_scores, summarise
+from mpmworlds.metrics import Row, summarise
 
 
 def row(
@@ -174,28 +174,3 @@ def test_row_is_valid_exactly_when_it_has_scores() -> None:
 def test_row_refuses_scores_that_are_not_finite(value: float) -> None:
     with pytest.raises(ValueError, match=r"a on p1.*mse = (nan|inf), must be finite"):
         row("p1", value)
-
-
-def test_normalised_score_of_three_worked_rows() -> None:
-    means = {
-        "best": {"mask_iou": 0.9, "mse": 0.1},
-        "middle": {"mask_iou": 0.6, "mse": 0.3},
-        "last": {"mask_iou": 0.5, "mse": 0.5},
-    }
-    scores = normalised_scores(means)
-    assert scores["best"] == pytest.approx(1.0)
-    assert scores["middle"] == pytest.approx((0.25 + 0.5) / 2)
-    assert scores["last"] == pytest.approx(0.0)
-
-
-def test_metric_on_which_rows_tie_changes_no_order() -> None:
-    means = {"x": {"mse": 0.1, "wmae": 0.4}, "y": {"mse": 0.2, "wmae": 0.4}}
-    assert normalised_scores(means) == {"x": 0.75, "y": 0.25}
-    assert normalised_scores({"only": {"mse": 0.3}}) == {"only": 0.5}
-
-
-def test_normalised_score_refuses_rows_with_different_metrics() -> None:
-    with pytest.raises(ValueError, match=r"row 'y': metrics \['mse'\].*\['mse', 'semd"):
-        normalised_scores({"x": {"mse": 0.1, "semd": 0.1}, "y": {"mse": 0.2}})
-    with pytest.raises(ValueError, match="row 'x': metrics"):
-        normalised_scores({"x": {}})
