@@ -37,7 +37,7 @@ Status = Literal[
 ]
 STATUSES: Final = frozenset(get_args(Status))
 TAIL: Final = 2000  # characters kept of what a failed program printed
-LARGEST_SIDE: Final = 4096  # pixels of a frame
+LARGEST_SIDE: Final = 1 << 14  # pixels of a frame
 LARGEST_REPORT: Final = 1 << 16  # bytes
 LARGEST_SUM: Final = 1 << 30  # bytes of frames and states
 MOST_PRINTED: Final = 16 << 20  # bytes

@@ -99,7 +99,7 @@ BOMBS = {
         ("too_much_output",),
     ),
     "a frame that is too large": Bomb(
-        "    yield np.zeros((1, 5000, 3), np.uint8)\n", ("bad_frames",)
+        "    yield np.zeros((1, 20000, 3), np.uint8)\n", ("bad_frames",)
     ),
     "recursion": Bomb("    f = lambda: f()\n    f()\n", ("exception",)),
     "recursion in C": Bomb(
