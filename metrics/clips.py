@@ -80,3 +80,25 @@ def packed_colours(clip: Clip) -> Colours:
         packed <<= 8
         packed |= clip[..., channel]
     return packed
+
+
+def rgb_bins(colours: Colours, per_channel: int) -> Indices:
+    """Number the RGB bins that colours lie in, of so many per channel (a power of two).
+
+    Parameters
+    ----------
+    colours : uint32 array, shape (N,)
+        `R << 16 | G << 8 | B`.
+    per_channel : int
+        Bins per channel.
+
+    Returns
+    -------
+    int array, shape (N,)
+        Below `per_channel ** 3`.
+    """
+    shift = (256 // per_channel).bit_length() - 1
+    bins = np.zeros(colours.shape, np.intp)
+    for channel in (16, 8, 0):
+        bins = bins * per_channel + ((colours >> channel & 255) >> shift)
+    return bins

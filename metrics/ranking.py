@@ -3,12 +3,10 @@
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
-from mpmworlds.metrics.aggregate import Interval, Row, bootstrap
+from mpmworlds.metrics.aggregate import Columns, Interval, Row, bootstrap
 from mpmworlds.metrics.registry import SCORED, metric_named
 
-Columns = npt.NDArray[np.float64]
 LEAST = -1.0  # that one metric adds: else one that hardly differs would decide alone
 
 

@@ -6,7 +6,14 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.metrics.clips import Clip, Colours, Indices, Mask, packed_colours
+from mpmworlds.metrics.clips import (
+    Clip,
+    Colours,
+    Indices,
+    Mask,
+    packed_colours,
+    rgb_bins,
+)
 from mpmworlds.metrics.constants import Constants
 
 Features = npt.NDArray[np.float64]
@@ -64,10 +71,7 @@ def _parts(colours: Colours, constants: Constants) -> Iterator[Indices]:
 
     A part is the fullest RGB bin of what is left, and every pixel near its mean.
     """
-    shift = (256 // constants.collapse_bins).bit_length() - 1
-    code = np.zeros(colours.shape, np.intp)
-    for channel in (16, 8, 0):
-        code = code * constants.collapse_bins + ((colours >> channel & 255) >> shift)
+    code = rgb_bins(colours, constants.collapse_bins)
     features, left = colour_features(colours), np.arange(colours.size)
     while left.size >= constants.collapse_min_region_px:
         fullest = np.bincount(code[left]).argmax()

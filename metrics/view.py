@@ -56,7 +56,6 @@ class View:
     ) -> None:
         check_clip(clip, subject)
         self.clip = np.ascontiguousarray(clip)
-        self.subject = subject
         self.constants = constants
         self._memo: dict[Callable[..., Any], Any] = {}
 

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.metrics.clips import Clip, Curve
+from mpmworlds.metrics.clips import Clip, Curve, rgb_bins
 from mpmworlds.metrics.metric import Metric
 from mpmworlds.metrics.view import View, compared
 
@@ -13,10 +13,7 @@ from mpmworlds.metrics.view import View, compared
 def _histograms(view: View) -> npt.NDArray[np.int64]:
     """Count the foreground pixels of each frame per RGB bin: `(T, 512)`."""
     per_channel = view.constants.color_tv_bins
-    shift = (256 // per_channel).bit_length() - 1
-    bins = np.zeros(view.colours.shape, np.intp)
-    for channel in (16, 8, 0):
-        bins = bins * per_channel + ((view.colours >> channel & 255) >> shift)
+    bins = rgb_bins(view.colours, per_channel)
     return np.asarray(view.histogram(bins, per_channel**3).sum(axis=1))
 
 
