@@ -73,7 +73,7 @@ def row_of(sample_id, split, program):
         num_objects=3,
         num_materials=2 if "-c" in sample_id else 1,
         motion=None,
-        ceiling_mask_iou=None,
+        ceiling=None,
         scene_sha256=hashlib.sha256(scene.encode()).hexdigest(),
         program_sha256=hashlib.sha256(program.encode()).hexdigest(),
     )

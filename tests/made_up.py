@@ -43,7 +43,7 @@ def row_of(sample_id, text, seeds):
         num_objects=len(scene.objects),
         num_materials=len(materials),
         motion=None,
-        ceiling_mask_iou=None,
+        ceiling=None,
         scene_sha256=text_sha256(text),
         program_sha256=text_sha256(f"program of {text}"),
     )

@@ -243,7 +243,7 @@ def with_measured(
         replace(
             row,
             motion=by_id[row.id].motion,
-            ceiling_mask_iou=(by_id[row.id].ceiling or {}).get("mask_iou"),
+            ceiling=by_id[row.id].ceiling,
         )
         if row.id in by_id and by_id[row.id].program_sha256 == row.program_sha256
         else row

@@ -364,7 +364,7 @@ def row_of(draft: Draft, profile: Profile, motion: float | None = None) -> Manif
         num_objects=len(draft.kept.objects),
         num_materials=len(materials),
         motion=motion,
-        ceiling_mask_iou=None,
+        ceiling=None,
         scene_sha256=text_sha256(text),
         program_sha256=text_sha256(link(draft.kept)),
     )

@@ -5,7 +5,7 @@ It is the dataset in a few megabytes: everything else in a release follows from 
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from importlib.resources import files
 from pathlib import Path
@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mpmworlds.files.parquet import write_parquet
+from mpmworlds.metrics import SCORED
 from mpmworlds.splits.ids import SAMPLE_KINDS
 
 
@@ -52,9 +53,10 @@ class ManifestRow:
         Part of the foreground that changes in a second after the prefix, see
         `measures.motion`: by a full run for the samples to evaluate on, by a trial for
         other templates, else None.
-    ceiling_mask_iou
-        Mask IoU of the continuation with those of runs that start from places which
-        differ by nothing that can be known; None where it has not been measured.
+    ceiling
+        Noise ceiling of each metric: its value between the continuation and those of
+        runs that start from places which differ by nothing that can be known; None
+        where it has not been measured.
     scene_sha256, program_sha256
         SHA-256 of the scene text and of the program text that implements it.
     """
@@ -72,7 +74,7 @@ class ManifestRow:
     num_objects: int
     num_materials: int
     motion: float | None
-    ceiling_mask_iou: float | None
+    ceiling: Mapping[str, float] | None
     scene_sha256: str
     program_sha256: str
 
@@ -82,9 +84,9 @@ _ARROW: Final = {"seeds": _WORDS, "materials": _WORDS, "object_types": _WORDS} |
     "num_objects": pa.int32(),
     "num_materials": pa.int32(),
     "motion": pa.float64(),
-    "ceiling_mask_iou": pa.float64(),
+    "ceiling": pa.struct([(name, pa.float64()) for name in SCORED]),
 }
-_NULLABLE: Final = ("motion", "ceiling_mask_iou")
+_NULLABLE: Final = ("motion", "ceiling")
 SCHEMA: Final = pa.schema(
     [
         pa.field(f.name, _ARROW.get(f.name, pa.string()), nullable=f.name in _NULLABLE)

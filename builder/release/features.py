@@ -5,6 +5,8 @@ from typing import Any, Final
 
 from datasets import Features, List, Value, Video
 
+from mpmworlds.metrics import SCORED
+
 
 @dataclass(frozen=True)
 class Column:
@@ -50,10 +52,11 @@ RECIPE_COLUMNS: Final = (
         "templates, else null",
     ),
     Column(
-        "ceiling_mask_iou",
-        _MEASURE,
-        "mask IoU of the continuation with those of three runs from places displaced "
-        "by 1e-6; for the evaluation lists, else null",
+        "ceiling",
+        dict.fromkeys(SCORED, _MEASURE),
+        "each metric between the continuation and those of three runs from places "
+        "displaced by 1e-6: no prediction can be expected to do better; for the "
+        "evaluation lists, else null",
     ),
     Column("scene_sha256", _TEXT, "SHA-256 of the scene text"),
     Column("program_sha256", _TEXT, "SHA-256 of the program text"),

@@ -44,7 +44,7 @@ def sample(number, sample_id):
         num_objects=1,
         num_materials=min(number + 1, 2),
         motion=None,
-        ceiling_mask_iou=None,
+        ceiling=None,
         scene_sha256=text_sha256(scene),
         program_sha256=text_sha256(program),
     )

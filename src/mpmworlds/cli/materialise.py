@@ -37,7 +37,7 @@ more examples:
 conditions, in SQL as DuckDB has it, on the columns
   id, kind, split, family_id, parent_id, edit     edit = 'add_object'
   seeds, materials, object_types                  'sand' in materials
-  num_objects, num_materials, motion, ceiling_mask_iou     motion > 0.2
+  num_objects, num_materials, motion     motion > 0.2
   scene (its YAML)                                contains(scene, 'conveyor')
 
 files in the store, besides the samples:

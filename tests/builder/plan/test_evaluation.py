@@ -166,10 +166,7 @@ def test_rows_get_what_was_measured_of_them(rows):
     one, other = rows[:2]
     found = [dataclasses.replace(made_up(one)), dataclasses.replace(GOOD, id=other.id)]
     first, second, *rest = with_measured(rows, found)
-    assert (first.motion, first.ceiling_mask_iou) == (
-        found[0].motion,
-        found[0].ceiling["mask_iou"],
-    )
+    assert (first.motion, first.ceiling) == (found[0].motion, found[0].ceiling)
     assert second == other  # it was measured with another program
     assert rest == rows[2:]
 

@@ -39,7 +39,7 @@ def row(make_row):
         ("num_objects between 1 and 2", False),
         ("num_materials < num_objects", True),
         ("motion > 0.2", True),
-        ("ceiling_mask_iou is null", True),
+        ("ceiling.mask_iou is null", True),
         ("kind in ('child', 'parent')", True),
         ("id >= 'p0100' and not family_id = 'p0124'", True),
         ("edit = 'swap_material'", True),
