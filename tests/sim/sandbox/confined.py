@@ -23,12 +23,14 @@ from pathlib import Path
 from mpmworlds.sim.run import run as module
 from mpmworlds.sim.run.sandbox import libc, seccomp, syscalls
 
+PROJECT = Path(__file__).resolve().parents[3]
+
 
 def main():
     """Become what is asked for, run the programs, and answer."""
     settings = json.loads(sys.argv[1])
     if settings.get("user"):
-        make_reachable(Path(sys.base_prefix))
+        make_reachable({Path(sys.base_prefix), Path(sys.prefix), PROJECT})
         os.setgroups([])
         os.setresgid(*[settings["user"]] * 3)
         os.setresuid(*[settings["user"]] * 3)
@@ -135,20 +137,28 @@ def deny(names):
     libc.syscall(number, seccomp.SET_MODE_FILTER, 0, ctypes.c_char_p(filters))
 
 
-def make_reachable(place):
-    """Let other users reach a folder below one that is the superuser's own."""
-    closed = [p for p in place.parents if not p.stat().st_mode & 0o001]
-    if not closed:
+def make_reachable(places):
+    """Let other users reach folders below ones that are the superuser's own."""
+    inside = {}  # outermost closed folder -> what is to be reached in it
+    for place in places:
+        closed = [p for p in place.parents if not p.stat().st_mode & 0o001]
+        if closed:
+            inside.setdefault(closed[-1], set()).add(place)
+    if not inside:
         return
-    top = closed[-1]  # the outermost
     libc.unshare(0x00020000)
     libc.mount("none", "/", "none", 16384 | (1 << 18))
-    kept = tempfile.mkdtemp()
-    os.chmod(kept, 0o755)
-    inner = Path(kept, place.relative_to(top))
-    inner.mkdir(parents=True)
-    libc.mount(str(place), str(inner), "none", 4096 | 16384)
-    libc.mount(kept, str(top), "none", 4096 | 16384)
+    for top, wanted in inside.items():
+        kept = tempfile.mkdtemp()
+        os.chmod(kept, 0o755)
+        for place in sorted(wanted):
+            if not wanted.isdisjoint(place.parents):
+                continue
+            inner = Path(kept, place.relative_to(top))
+            inner.mkdir(parents=True)
+            libc.mount(str(place), str(inner), "none", 4096 | 16384)
+        libc.mount(kept, str(top), "none", 4096 | 16384)
+    os.chdir("/")
 
 
 if __name__ == "__main__":
