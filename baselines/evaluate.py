@@ -16,18 +16,20 @@ from mpmworlds.baselines.protocol import (
     Oracle,
     Task,
 )
+from mpmworlds.baselines.provenance import Provenance, processor
 from mpmworlds.baselines.registry import predictor_named
-from mpmworlds.baselines.results import Provenance, Result, ResultsFile
+from mpmworlds.baselines.results import Result, ResultsFile
 from mpmworlds.baselines.summary import summarise_results, summary_table
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.loaders.load import Example, load
 from mpmworlds.loaders.regimes import DEFAULT
-from mpmworlds.metrics import score
+from mpmworlds.metrics import SCORED, View, score
 from mpmworlds.metrics.reduction import Frames
 
 RESULTS = "results.jsonl"
 SUMMARY = "summary.json"
 TABLE = "summary.txt"
+CURVE_DIGITS = 6
 
 
 def evaluate(
@@ -208,22 +210,35 @@ def _result(
     example: Example, number: int, count: int, answer: Candidate | Failure
 ) -> Result:
     outcome, reason = "ok", ""
-    continuation = prefix = None
+    continuation = prefix = curves = None
     if isinstance(answer, Failure):
         outcome, reason = answer.outcome, answer.reason
     else:
-        continuation = score(answer.continuation, example.continuation)
+        seen, truth = View(answer.continuation), View(example.continuation)
+        continuation, curves = score(seen, truth), _curves(seen, truth)
         if answer.prefix is not None:
             prefix = score(answer.prefix, example.prefix)
     return Result(
         sample_id=example.id,
         family_id=str(example.row["family_id"]),
         materials=sorted(example.row["materials"]),
+        object_types=sorted(example.row["object_types"]),
         num_objects=int(example.row["num_objects"]),
+        motion=example.row["motion"],
+        ceiling=example.row["ceiling"],
         candidate=number,
         candidates=count,
         outcome=outcome,
         reason=reason,
         continuation=continuation,
         prefix=prefix,
+        curves=curves,
+        processor=processor(),
     )
+
+
+def _curves(seen: View, truth: View) -> dict[str, list[float]]:
+    return {
+        name: np.round(metric.curve_of(seen, truth), CURVE_DIGITS).tolist()
+        for name, metric in SCORED.items()
+    }

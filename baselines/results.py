@@ -5,79 +5,28 @@ killed loses at most the sample it was in, and the next run goes on from there. 
 holds results of one provenance only.
 """
 
-import hashlib
 import json
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Final
 
-from mpmworlds.baselines.protocol import AnyPredictor, Oracle
+from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.journal import Journal, JournalBusyError
-from mpmworlds.loaders.regimes import DEFAULT
-from mpmworlds.metrics import VERSION, Row, definition
+from mpmworlds.metrics import Row
 
 log = logging.getLogger(__name__)
 
 
+PASSED_OVER: Final = "passed_over"
+"""Outcome of a candidate that another one beats on the prefix, whatever the metric: it
+is no failure, and need not be continued."""
+
+
 class ResultsError(ValueError):
     """A results file that this evaluation must not touch."""
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """What all rows of a results file have in common."""
-
-    predictor: str
-    """Name of the predictor."""
-    config: str
-    """Configuration of the release, e.g. ``tiny``."""
-    split: str
-    """Split that the samples are from."""
-    regime: str
-    """What the predictor was told besides the prefix."""
-    knows_answers: bool
-    """Whether it is an oracle: what it scores is no prediction."""
-    release_sha256: str
-    """Digest of the release's list of checksums, which names every file of it."""
-    metrics_version: str
-    """Version of the metric definitions."""
-    constants_sha256: str
-    """Digest of the constants of the metrics."""
-
-    @classmethod
-    def of(
-        cls,
-        release: Path,
-        predictor: AnyPredictor,
-        config: str,
-        split: str,
-        regime: str = DEFAULT,
-    ) -> Self:
-        """Return the provenance of results that are computed now."""
-        constants = json.dumps(definition(), sort_keys=True).encode()
-        return cls(
-            predictor=predictor.name,
-            config=config,
-            split=split,
-            regime=regime,
-            knows_answers=isinstance(predictor, Oracle),
-            release_sha256=hashlib.sha256(_checksums(release)).hexdigest(),
-            metrics_version=VERSION,
-            constants_sha256=hashlib.sha256(constants).hexdigest(),
-        )
-
-
-def _checksums(release: Path) -> bytes:
-    path = release / "SHA256SUMS"
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"{path}: missing, a release must list its files there; build the release "
-            "again or name the folder that holds it"
-        )
-    return path.read_bytes()
 
 
 @dataclass(frozen=True)
@@ -90,20 +39,30 @@ class Result:
     """Root parent of the sample."""
     materials: list[str]
     """Constitutive models in the scene, sorted."""
+    object_types: list[str]
+    """Types of the objects in the scene, sorted."""
     num_objects: int
     """Number of objects in the scene."""
+    motion: float | None
+    """Part of the foreground that changes in a second; None if it is not known."""
+    ceiling: dict[str, float] | None
+    """Noise ceiling of each metric; None where it has not been measured."""
     candidate: int
     """Number of the candidate, 0 to ``candidates`` - 1."""
     candidates: int
     """How many candidates the sample has."""
     outcome: str
-    """``ok``, or how the candidate failed."""
+    """``ok``, or how the candidate failed, or `PASSED_OVER`."""
     reason: str
     """Why it failed; empty if it did not."""
     continuation: dict[str, float] | None
-    """Scores of the continuation; None for a failure."""
+    """Scores of the continuation; None for a failure, and for what was passed over."""
     prefix: dict[str, float] | None
     """Scores of the predictor's own prefix; None if it gives none, or failed."""
+    curves: dict[str, list[float]] | None
+    """Each metric at every frame or time of the continuation, to 6 decimals."""
+    processor: str
+    """Name of the processor that it was computed on."""
 
     def row(self, system: str, *, of_prefix: bool = False) -> Row:
         """Return what the aggregate functions of the metrics take."""
@@ -112,7 +71,7 @@ class Result:
             family_id=self.family_id,
             system=system,
             candidate=self.candidate,
-            outcome=self.outcome,
+            outcome="ok" if of_prefix and self.prefix else self.outcome,
             scores=self.prefix if of_prefix else self.continuation,
         )
 

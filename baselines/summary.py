@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, Final
 
-from mpmworlds.baselines.results import Provenance, Result
+from mpmworlds.baselines.provenance import Provenance
+from mpmworlds.baselines.results import Result
 from mpmworlds.baselines.slices import parts
 from mpmworlds.metrics import SCORED, Interval, Row, best_of_n, definition, summarise
 

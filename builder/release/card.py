@@ -169,6 +169,9 @@ def fields_table() -> str:
 
 
 def _type(feature: Any) -> str:  # features have no common type
+    if isinstance(feature, dict):
+        kinds = " or ".join(sorted({_type(inner) for inner in feature.values()}))
+        return f"{kinds} of each of {', '.join(feature)}"
     inner = getattr(feature, "feature", None)
     if inner is not None:
         return f"list of {inner.dtype}"

@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 
 from mpmworlds.baselines.copy_last import CopyLast
-from mpmworlds.baselines.results import Provenance
+from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.loaders.load import Example
 
 ROW = {
     "family_id": "p0001",
     "materials": ["liquid"],
+    "object_types": ["emitter"],
     "num_objects": 1,
+    "motion": 0.25,
+    "ceiling": None,
     "num_materials": 1,
     "program": "",
     "framerate": 15,

@@ -81,7 +81,8 @@ class Sealed(dict):
     """A row of which nothing may be read but what slices of the results need."""
 
     def __getitem__(self, name):
-        assert name in ("family_id", "materials", "num_objects"), name
+        allowed = ("family_id", "materials", "num_objects", "object_types")
+        assert name in (*allowed, "motion", "ceiling"), name
         return super().__getitem__(name)
 
 

@@ -30,7 +30,10 @@ def example():
     row = {
         "family_id": "p0001",
         "materials": ["elastic"],
+        "object_types": ["dynamic_body"],
         "num_objects": 1,
+        "motion": 0.25,
+        "ceiling": None,
         "program": PROGRAM,
         "framerate": 30,
     }

@@ -8,8 +8,8 @@ import logging
 import pytest
 
 from mpmworlds.baselines.copy_last import CopyLast
+from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.results import (
-    Provenance,
     Result,
     ResultsError,
     ResultsFile,
@@ -23,13 +23,18 @@ def result(sample_id, candidate=0, candidates=1, **changes):
         "sample_id": sample_id,
         "family_id": sample_id[:5],
         "materials": ["liquid"],
+        "object_types": ["dynamic_body"],
         "num_objects": 2,
+        "motion": 0.25,
+        "ceiling": dict.fromkeys(SCORED, 0.5),
         "candidate": candidate,
         "candidates": candidates,
         "outcome": "ok",
         "reason": "",
         "continuation": dict.fromkeys(SCORED, 0.25),
         "prefix": None,
+        "curves": {name: [0.25, 0.5] for name in SCORED},
+        "processor": "one of ours",
     }
     return Result(**fields | changes)
 

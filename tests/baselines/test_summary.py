@@ -16,13 +16,18 @@ def result(number, value, materials=("liquid",), num_objects=1):
         sample_id=f"p{number:04d}",
         family_id=f"p{number:04d}",
         materials=list(materials),
+        object_types=["dynamic_body"],
         num_objects=num_objects,
+        motion=None,
+        ceiling=None,
         candidate=0,
         candidates=1,
         outcome="crash" if value is None else "ok",
         reason="",
         continuation=scores,
         prefix=None,
+        curves=None,
+        processor="",
     )
 
 

@@ -1,0 +1,136 @@
+"""What results have in common: who predicted what, told what, scored how."""
+
+import hashlib
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final, Self
+
+from mpmworlds.baselines.protocol import AnyPredictor, Oracle
+from mpmworlds.loaders.regimes import DEFAULT
+from mpmworlds.metrics import VERSION, definition
+
+PACKAGES: Final = ("mpmworlds", "numpy", "opencv-python-headless", "taichi")
+IF_LOADED: Final = ("torch", "transformers", "diffusers", "openai", "taichi-forge")
+NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What all rows of a results file have in common."""
+
+    predictor: str
+    """Name of the predictor."""
+    options: dict[str, Any]
+    """What it was made with, and what else it says of its configuration: weights,
+    prompts, sampling, seeds."""
+    predictor_sha256: str
+    """Digest of the class and the options of the predictor."""
+    config: str
+    """Configuration of the release, e.g. ``tiny``."""
+    split: str
+    """Split that the samples are from."""
+    regime: str
+    """What the predictor was told besides the prefix."""
+    selection: str
+    """How one of several candidates is chosen, see `baselines.candidates`."""
+    knows_answers: bool
+    """Whether it is an oracle: what it scores is no prediction."""
+    release_sha256: str
+    """Digest of the release's list of checksums, which names every file of it."""
+    metrics_version: str
+    """Version of the metric definitions."""
+    constants_sha256: str
+    """Digest of the constants of the metrics."""
+    versions: dict[str, str]
+    """Versions of the packages that could matter."""
+
+    @classmethod
+    def of(
+        cls,
+        release: Path,
+        predictor: AnyPredictor,
+        config: str,
+        split: str,
+        regime: str = DEFAULT,
+        *,
+        options: Mapping[str, Any] = NO_OPTIONS,
+        selection: str = "prefix",
+    ) -> Self:
+        """Return the provenance of results that are computed now.
+
+        Parameters
+        ----------
+        release
+            Folder of the release, with its SHA256SUMS.
+        predictor
+            What predicts. If it has a mapping ``configuration``, that is part of what
+            it is: digests of weights, versions of prompts.
+        config, split, regime, selection
+            As in the fields.
+        options
+            What the predictor was made with.
+
+        Raises
+        ------
+        FileNotFoundError
+            If the release has no list of its files.
+        """
+        told = dict(options) | dict(getattr(predictor, "configuration", NO_OPTIONS))
+        kind = type(predictor)
+        return cls(
+            predictor=predictor.name,
+            options=told,
+            predictor_sha256=_digest([f"{kind.__module__}:{kind.__qualname__}", told]),
+            config=config,
+            split=split,
+            regime=regime,
+            selection=selection,
+            knows_answers=isinstance(predictor, Oracle),
+            release_sha256=hashlib.sha256(_checksums(release)).hexdigest(),
+            metrics_version=VERSION,
+            constants_sha256=_digest(definition()),
+            versions=_versions(),
+        )
+
+
+def _digest(record: Any) -> str:
+    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+
+def _versions() -> dict[str, str]:
+    """Of what is always used, and of what the predictor has loaded."""
+    found = {}
+    loaded = [name for name in IF_LOADED if name.replace("-", "_") in sys.modules]
+    for name in (*PACKAGES, *loaded):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+@cache
+def processor() -> str:
+    """Name of the processor that works here; empty if the system does not tell."""
+    try:
+        told = Path("/proc/cpuinfo").read_text("utf-8")
+    except OSError:
+        return ""
+    lines = (line.partition(":") for line in told.splitlines())
+    return next((value.strip() for key, _, value in lines if "model name" in key), "")
+
+
+def _checksums(release: Path) -> bytes:
+    path = release / "SHA256SUMS"
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"{path}: missing, a release must list its files there; build the release "
+            "again or name the folder that holds it"
+        )
+    return path.read_bytes()
