@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import datasets
 import pyarrow as pa
+from datasets.table import cast_array_to_feature
 
 from mpmworlds.builder.plan.manifest import ManifestRow
 from mpmworlds.builder.release.features import recipe_features, release_features
@@ -129,9 +130,21 @@ class MPMWorlds(datasets.GeneratorBasedBuilder):  # type: ignore[misc]  # untype
                 batch = pa.RecordBatch.from_pylist(
                     [example for _, example in examples], schema=schema
                 )
+                batch = self._as_datasets_has_it(batch)
                 writer.write_batch(batch)
                 size += batch.nbytes
         return len(shard), size
+
+    def _as_datasets_has_it(self, batch: pa.RecordBatch) -> pa.RecordBatch:
+        """The batch with nulls inside of structures that are null."""
+        features = self.info.features
+        columns = [
+            cast_array_to_feature(column, feature)
+            if isinstance(feature, dict)
+            else column
+            for column, feature in zip(batch.columns, features.values(), strict=True)
+        ]
+        return pa.RecordBatch.from_arrays(columns, schema=features.arrow_schema)
 
     def _prepare_split_single(
         self,
