@@ -36,6 +36,11 @@ class Metric:
     """Whether the reference is an argument."""
     anchored: bool = False
     """Whether the anchored score is an average over it, too."""
+    selected_by: str = ""
+    """Name of the metric that chooses among candidates for it; empty for itself."""
+    bound: Callable[[View, View], float] | None = None
+    """Best value that a prediction can still reach, of its first frames and the whole
+    reference; None if that may be any."""
 
     @property
     def name(self) -> str:
@@ -49,6 +54,10 @@ class Metric:
     def curve_of(self, pred: Clip | View, ref: Clip | View) -> Curve:
         """Compute its curve, leaving out the reference if it takes none."""
         return self.curve(*((pred, ref) if self.needs_reference else (pred,)))
+
+    def best_of_begun(self, begun: View, ref: View) -> float:
+        """Best value that a prediction can still reach whose first frames are known."""
+        return self.best if self.bound is None else self.bound(begun, ref)
 
     def is_better(self, a: float, b: float) -> bool:
         """Return whether value a is strictly better than value b."""

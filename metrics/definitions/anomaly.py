@@ -196,5 +196,11 @@ ANOMALY: Final = Metric(
     anchored=True,
 )
 ANOMALY_EXCESS: Final = Metric(
-    anomaly_excess, curve, direction="down", worst=1.0, best=0.0, column=9
+    anomaly_excess,
+    curve,
+    direction="down",
+    worst=1.0,
+    best=0.0,
+    column=9,
+    selected_by="anomaly",
 )

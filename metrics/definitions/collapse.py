@@ -156,6 +156,11 @@ def collapsed_share(curves: Sequence[Curve]) -> Curve:
     return np.asarray(np.logical_or.accumulate(event, axis=1).mean(axis=0))
 
 
+def _bound(begun: View, _ref: View) -> float:
+    """What is lost is lost."""
+    return collapse(begun)
+
+
 COLLAPSE: Final = Metric(
     collapse,
     curve,
@@ -165,6 +170,7 @@ COLLAPSE: Final = Metric(
     column=1,
     paper_name="OCS",
     needs_reference=False,
+    bound=_bound,
 )
 COLLAPSE_EXCESS: Final = Metric(
     collapse_excess,
@@ -174,4 +180,5 @@ COLLAPSE_EXCESS: Final = Metric(
     best=0.0,
     column=8,
     anchored=True,
+    selected_by="collapse",
 )

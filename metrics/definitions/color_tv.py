@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from mpmworlds.metrics.begun import bound_of_mean
 from mpmworlds.metrics.clips import Clip, Curve, rgb_bins
 from mpmworlds.metrics.metric import Metric
 from mpmworlds.metrics.view import View, compared
@@ -80,4 +81,5 @@ COLOR_TV: Final = Metric(
     column=4,
     paper_name="CTV",
     anchored=True,
+    bound=bound_of_mean(curve),
 )

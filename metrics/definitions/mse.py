@@ -5,6 +5,7 @@ from typing import Final
 import cv2
 import numpy as np
 
+from mpmworlds.metrics.begun import bound_of_mean
 from mpmworlds.metrics.clips import Clip, Curve
 from mpmworlds.metrics.metric import Metric
 from mpmworlds.metrics.view import View, compared
@@ -58,5 +59,12 @@ def mse(pred: Clip | View, ref: Clip | View) -> float:
 
 
 MSE: Final = Metric(
-    mse, curve, direction="down", worst=1.0, best=0.0, column=7, paper_name="MSE"
+    mse,
+    curve,
+    direction="down",
+    worst=1.0,
+    best=0.0,
+    column=7,
+    paper_name="MSE",
+    bound=bound_of_mean(curve),
 )

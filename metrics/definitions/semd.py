@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from mpmworlds.metrics.begun import bound_of_mean
 from mpmworlds.metrics.clips import Clip, Curve, Mask
 from mpmworlds.metrics.metric import Metric
 from mpmworlds.metrics.view import View, compared
@@ -144,5 +145,12 @@ def semd(pred: Clip | View, ref: Clip | View) -> float:
 
 
 SEMD: Final = Metric(
-    semd, curve, direction="down", worst=1.0, best=0.0, column=6, paper_name="SEMD"
+    semd,
+    curve,
+    direction="down",
+    worst=1.0,
+    best=0.0,
+    column=6,
+    paper_name="SEMD",
+    bound=bound_of_mean(curve),
 )

@@ -119,6 +119,19 @@ def wmae(pred: Clip | View, ref: Clip | View) -> float:
     return float(difference.sum() / (total.sum() + epsilon))
 
 
+def _bound(begun: View, ref: View) -> float:
+    """All later motion may be that of the reference.
+
+    If a step adds more or less motion than the reference has, the quotient only grows,
+    as it is at most 1. Of the steps that are known, the last ones are not smooth yet.
+    """
+    known = max(begun.shape[0] - 1 - (begun.constants.wmae_window - 1) // 2, 0)
+    active_p, active_r = begun.once(_activity)[:known], ref.once(_activity)
+    difference = np.abs(active_p - active_r[:known]).sum()
+    total = active_p.sum() + active_r[:known].sum() + 2 * active_r[known:].sum()
+    return float(difference / (total + ref.constants.wmae_epsilon))
+
+
 WMAE: Final = Metric(
     wmae,
     curve,
@@ -128,4 +141,5 @@ WMAE: Final = Metric(
     column=3,
     paper_name="W-MAE",
     anchored=True,
+    bound=_bound,
 )

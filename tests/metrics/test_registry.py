@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from threadpoolctl import threadpool_limits
 
 import mpmworlds.metrics
-from mpmworlds.metrics import METRICS, SCORED, Metric, metric_named, score
+from mpmworlds.metrics import METRICS, SCORED, Metric, View, metric_named, score
 from mpmworlds.metrics.clips import Clip
 
 LEVELS = st.sampled_from([0, 20, 33, 90, 128, 255])
@@ -166,3 +166,33 @@ def test_images_too_small_for_tiles_are_refused(
     clip = noise(1, shape)
     with pytest.raises(ValueError, match=r"image side = 3 px, must be >= 4"):
         SCORED[name](clip, clip)
+
+
+@each_metric
+@settings(max_examples=40)
+@given(seed=st.integers(0, 2**32 - 1), shared=st.integers(0, 19))
+def test_no_prediction_gets_better_than_the_bound_of_its_beginning(
+    metric: Metric, seed: int, shared: int
+) -> None:
+    ref = noise(seed, (20, 8, 8, 3)) * (noise(seed + 1, (20, 8, 8, 1)) > 128)
+    pred = noise(seed + 2, (20, 8, 8, 3)) * (noise(seed + 3, (20, 8, 8, 1)) > 128)
+    pred[shared:] = ref[shared:]  # the best that can follow, more or less
+    final, whole = metric(pred, ref), View(ref)
+    bounds = [metric.best_of_begun(View(pred[:k]), whole) for k in range(1, 21)]
+    for bound in bounds:
+        assert bound == pytest.approx(final, abs=1e-12) or not metric.is_better(
+            final, bound
+        )
+
+
+@pytest.mark.parametrize("name", ["mask_iou", "collapse", "color_tv", "semd", "mse"])
+def test_the_bound_of_a_whole_prediction_is_its_value(name: str) -> None:
+    metric = SCORED[name]
+    pred = noise(1, (20, 8, 8, 3)) * (noise(2, (20, 8, 8, 1)) > 128)
+    bound = metric.best_of_begun(View(pred), View(pred[::-1]))
+    assert bound == pytest.approx(metric(pred, pred[::-1]), abs=1e-12)
+    assert bound != metric.best
+
+
+def test_every_metric_is_selected_by_one_of_the_paper() -> None:
+    assert all((m.selected_by or name) in METRICS for name, m in SCORED.items())
