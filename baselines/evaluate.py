@@ -1,35 +1,44 @@
 """The evaluation loop: predictor x samples -> results, summary, table."""
 
-import hashlib
 import json
-import sys
-from collections.abc import Sequence
+import logging
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
+from typing import Any, Final
 
-import numpy as np
+from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.baselines.protocol import (
-    Answers,
-    AnyPredictor,
-    Candidate,
-    Failure,
-    Oracle,
-    Task,
-)
-from mpmworlds.baselines.provenance import Provenance, processor
+from mpmworlds.baselines.candidates import SELECTIONS
+from mpmworlds.baselines.protocol import AnyPredictor
+from mpmworlds.baselines.provenance import NO_OPTIONS, Provenance
 from mpmworlds.baselines.registry import predictor_named
-from mpmworlds.baselines.results import Result, ResultsFile
+from mpmworlds.baselines.results import ResultsFile
+from mpmworlds.baselines.scoring import (
+    HOW,
+    Found,
+    How,
+    Scoring,
+    Trouble,
+    scored_or_trouble,
+)
+from mpmworlds.baselines.selfcheck import check_sandbox, self_check
 from mpmworlds.baselines.summary import summarise_results, summary_table
+from mpmworlds.builder.render.executors import carry_out_all, open_executor
 from mpmworlds.files.atomic import write_atomically
-from mpmworlds.loaders.load import Example, load
+from mpmworlds.loaders.load import Example, Examples, load
 from mpmworlds.loaders.regimes import DEFAULT
-from mpmworlds.metrics import SCORED, View, score
-from mpmworlds.metrics.reduction import Frames
 
-RESULTS = "results.jsonl"
-SUMMARY = "summary.json"
-TABLE = "summary.txt"
-CURVE_DIGITS = 6
+log = logging.getLogger(__name__)
+
+RESULTS: Final = "results.jsonl"
+SUMMARY: Final = "summary.json"
+TABLE: Final = "summary.txt"
+CLIPS: Final = "clips"
+PAUSE: Final = 5.0  # seconds before what failed is tried again; longer each time
+
+ScoreAll = Callable[[Sequence[str]], Iterator[tuple[str, Found | Trouble]]]
 
 
 def evaluate(
@@ -41,15 +50,22 @@ def evaluate(
     limit: int | None = None,
     progress: bool = True,
     regime: str = DEFAULT,
+    *,
+    options: Mapping[str, Any] = NO_OPTIONS,
+    ids: Sequence[str] | None = None,
+    how: How = HOW,
+    retries: int = 1,
+    workers: int = 0,
+    ray: str | None = None,
 ) -> Path:
-    """Evaluate a built-in predictor on a split of a release.
+    """Evaluate a predictor on a split of a release.
 
     Parameters
     ----------
     release_dir
         Folder of the release, with its SHA256SUMS.
     predictor_name
-        A key of `registry.PREDICTORS`.
+        A key of `registry.PREDICTORS`, or ``module:Class``.
     split
         Split to evaluate on.
     out_dir
@@ -60,10 +76,24 @@ def evaluate(
     limit
         Evaluate only so many samples, the first ones of the split.
     progress
-        Write a line per sample to standard error.
+        Show a progress bar on standard error.
     regime
         What the predictor is told besides the prefix, a key of
         `mpmworlds.loaders.regimes.REGIMES`.
+    options
+        What the predictor is made with.
+    ids
+        Evaluate only these samples; all if None.
+    how
+        How candidates are chosen and run.
+    retries
+        How often to go over the samples again of which nothing could be said, because
+        a server, a network or a machine failed.
+    workers
+        Number of processes, 0 for as many as there are cores; 1 for a predictor that
+        has a GPU for itself (one that says so by ``exclusive = True`` gets 1).
+    ray
+        Address of a Ray cluster, see `mpmworlds.builder.render.executors`.
 
     Returns
     -------
@@ -76,17 +106,67 @@ def evaluate(
     ResultsError
         If ``out_dir`` holds results of another predictor, release, split or version.
     ValueError
-        If the predictor, the regime or the split is unknown, or there is no sample.
+        If the predictor, the regime, a sample or the split is unknown, or there is no
+        sample.
+    SelfCheckError
+        If this machine does not give the scores that it must.
     """
     if limit is not None and limit < 1:
         raise ValueError(
             f"limit = {limit}, must be at least 1, or None for all samples"
         )
-    predictor = predictor_named(predictor_name)
+    if how.selection not in SELECTIONS:
+        raise ValueError(
+            f"selection {how.selection!r}: unknown, must be one of {list(SELECTIONS)}"
+        )
     release = Path(release_dir)
-    examples = load(release, split=split, config=config, regime=regime)[:limit]
-    provenance = Provenance.of(release, predictor, config, split, regime)
-    return evaluate_examples(examples, predictor, provenance, Path(out_dir), progress)
+    predictor = predictor_named(predictor_name, options)
+    examples = load(release, split=split, config=config, regime=regime)
+    examples = _chosen(examples, ids)[:limit]
+    provenance = Provenance.of(
+        release,
+        predictor,
+        config,
+        split,
+        regime,
+        options=options,
+        selection=how.selection,
+    )
+    if len(examples):
+        self_check(examples[0], sandbox=how.sandbox)
+    here = ray is None and (workers == 1 or getattr(predictor, "exclusive", False))
+    if here:
+        return evaluate_examples(
+            examples, predictor, provenance, Path(out_dir), progress, how, retries
+        )
+    names = list(examples.table["id"])
+    number = {name: k for k, name in enumerate(names)}
+    scoring = Scoring(predictor_name, dict(options), regime, how)
+    with closing(open_executor(scoring, workers, ray)) as executor:
+
+        def score_all(pending: Sequence[str]) -> Iterator[tuple[str, Found | Trouble]]:
+            rows = (examples.table[number[name]] for name in pending)
+            done = carry_out_all(executor, rows, lambda row: str(row["id"]))
+            return ((str(row["id"]), found) for row, found in done)
+
+        return _evaluate(
+            names, score_all, provenance, Path(out_dir), progress, how, retries
+        )
+
+
+def _chosen(examples: Examples, ids: Sequence[str] | None) -> Examples:
+    """Those of some ids, in the order of the release."""
+    if ids is None:
+        return examples
+    there = {name: k for k, name in enumerate(examples.table["id"])}
+    missing = [name for name in ids if name not in there]
+    if missing:
+        raise ValueError(
+            f"{missing[0]}: not in this split of the configuration"
+            + (f", like {len(missing) - 1} more" if missing[1:] else "")
+        )
+    rows = sorted({there[name] for name in ids})
+    return Examples(examples.table.select(rows), examples.regime.name)
 
 
 def evaluate_examples(
@@ -95,8 +175,10 @@ def evaluate_examples(
     provenance: Provenance,
     out_dir: Path,
     progress: bool = True,
+    how: How = HOW,
+    retries: int = 1,
 ) -> Path:
-    """Evaluate any predictor on any examples; see `evaluate`.
+    """Evaluate any predictor on any examples, here; see `evaluate`.
 
     Parameters
     ----------
@@ -108,27 +190,69 @@ def evaluate_examples(
         What the results have in common.
     out_dir
         Folder of the results.
-    progress
-        Write a line per sample to standard error.
+    progress, how, retries
+        As of `evaluate`.
 
     Returns
     -------
     Path
         The summary.
     """
+    names = _names(examples)
+    number = {name: k for k, name in enumerate(names)}
+
+    def score_all(pending: Sequence[str]) -> Iterator[tuple[str, Found | Trouble]]:
+        for name in pending:
+            yield name, scored_or_trouble(examples[number[name]], predictor, how)
+
+    return _evaluate(names, score_all, provenance, out_dir, progress, how, retries)
+
+
+def _names(examples: Sequence[Example]) -> list[str]:
+    """Ids of examples, without decoding them where they have a table."""
+    if isinstance(examples, Examples):
+        return list(examples.table["id"])
+    return [example.id for example in examples]
+
+
+def _evaluate(
+    names: Sequence[str],
+    score_all: ScoreAll,
+    provenance: Provenance,
+    out_dir: Path,
+    progress: bool,
+    how: How,
+    retries: int,
+) -> Path:
     out_dir.mkdir(parents=True, exist_ok=True)
-    results: list[Result] = []
-    with ResultsFile(out_dir / RESULTS, provenance) as file:
-        for number, example in enumerate(examples, 1):
-            known = file.get(example.id)
-            new = known or score_example(example, predictor)
-            if not known:
-                file.append(new)
-            results += new
-            if progress:
-                outcomes = ", ".join(result.outcome for result in new)
-                sys.stderr.write(f"{number}/{len(examples)} {example.id} {outcomes}\n")
-    summary = summarise_results(provenance, results)
+    if not names:
+        raise ValueError(
+            f"evaluation of {provenance.predictor!r} on {provenance.config}/"
+            f"{provenance.split}: no sample to evaluate, must be at least one"
+        )
+    with (
+        ResultsFile(out_dir / RESULTS, provenance) as file,
+        tqdm(
+            total=len(names),
+            desc=f"{provenance.predictor}, {provenance.regime}",
+            unit="sample",
+            disable=not progress,
+        ) as bar,
+    ):
+        pending = [name for name in names if file.get(name) is None]
+        bar.update(len(names) - len(pending))
+        troubles: dict[str, str] = {}
+        for attempt in range(1 + retries):
+            if attempt:
+                log.warning("%s; once more in a moment", _said(troubles))
+                time.sleep(PAUSE * attempt)
+            troubles = _pass_over(score_all, pending, file, out_dir, bar, how)
+            pending = [name for name in pending if name in troubles]
+            if not pending:
+                break
+        file.put_in_order(names)
+        results = [r for name in names for r in file.get(name) or ()]
+    summary = summarise_results(provenance, results, len(names), troubles)
     path = out_dir / SUMMARY
     text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
     write_atomically(out_dir / TABLE, summary_table(summary).encode())
@@ -136,109 +260,32 @@ def evaluate_examples(
     return path
 
 
-def score_example(example: Example, predictor: AnyPredictor) -> list[Result]:
-    """Predict one sample and score every candidate; a failure is a result, too.
-
-    Parameters
-    ----------
-    example
-        Sample with its continuation, which the predictor does not get.
-    predictor
-        What predicts it. An exception that it raises is the outcome
-        ``predictor_error``.
-
-    Returns
-    -------
-    list of Result
-        One per candidate, at least one.
-    """
-    task = task_of(example)
-    answers: Sequence[Candidate | Failure]
-    try:
-        if isinstance(predictor, Oracle):
-            known = Answers(example.row, example.continuation)
-            answers = predictor.reveal(task, known)
+def _pass_over(
+    score_all: ScoreAll,
+    pending: Sequence[str],
+    file: ResultsFile,
+    out_dir: Path,
+    bar: Any,
+    how: How,
+) -> dict[str, str]:
+    """Score samples; returns why nothing can be said of some of them."""
+    troubles = {}
+    for name, found in score_all(pending):
+        if isinstance(found, Trouble):
+            troubles[name] = found.reason
+            if found.sandbox and how.sandbox:
+                check_sandbox()
         else:
-            answers = predictor.predict(task)
-    except Exception as error:  # noqa: BLE001 - whatever it is, it is this sample's outcome
-        answers = [Failure("predictor_error", f"{type(error).__name__}: {error}")]
-    if not answers:
-        answers = [Failure("no_candidate", "the predictor returned no candidate")]
-    return [
-        _result(example, number, len(answers), _checked(answer, example, len(answers)))
-        for number, answer in enumerate(answers)
-    ]
+            if found.clip is not None:
+                (out_dir / CLIPS).mkdir(exist_ok=True)
+                write_atomically(out_dir / CLIPS / f"{name}.mp4", found.clip)
+            file.append(found.results)
+            bar.update()
+        bar.set_postfix(troubled=len(troubles), refresh=False)
+    return troubles
 
 
-def task_of(example: Example) -> Task:
-    """What a predictor gets of a sample: what the regime gives, and nothing else."""
-    neutral = hashlib.sha256(f"task of {example.id}".encode()).hexdigest()
-    return Task(
-        id=neutral[:16],
-        prefix=example.prefix,
-        side_info=example.side_info,
-        horizon=len(example.continuation),
-        framerate=example.framerate,
-    )
-
-
-def _checked(
-    answer: Candidate | Failure, example: Example, count: int
-) -> Candidate | Failure:
-    """Return the answer, or the failure that it amounts to."""
-    if isinstance(answer, Failure):
-        return answer
-    if answer.prefix is None and count > 1:
-        return Failure("no_prefix", "one of several candidates, needs a prefix")
-    fault = _fault("continuation", answer.continuation, example.continuation)
-    if fault is None and answer.prefix is not None:
-        fault = _fault("prefix", answer.prefix, example.prefix)
-    return answer if fault is None else fault
-
-
-def _fault(what: str, frames: Frames, reference: Frames) -> Failure | None:
-    if not isinstance(frames, np.ndarray) or frames.dtype != np.uint8:
-        kind = getattr(frames, "dtype", type(frames).__name__)
-        return Failure("wrong_type", f"{what} is {kind}, must be an array of uint8")
-    if frames.shape != reference.shape:
-        expected = f"{frames.shape}, must be {reference.shape}"
-        return Failure("wrong_shape", f"{what} has shape {expected}")
-    return None
-
-
-def _result(
-    example: Example, number: int, count: int, answer: Candidate | Failure
-) -> Result:
-    outcome, reason = "ok", ""
-    continuation = prefix = curves = None
-    if isinstance(answer, Failure):
-        outcome, reason = answer.outcome, answer.reason
-    else:
-        seen, truth = View(answer.continuation), View(example.continuation)
-        continuation, curves = score(seen, truth), _curves(seen, truth)
-        if answer.prefix is not None:
-            prefix = score(answer.prefix, example.prefix)
-    return Result(
-        sample_id=example.id,
-        family_id=str(example.row["family_id"]),
-        materials=sorted(example.row["materials"]),
-        object_types=sorted(example.row["object_types"]),
-        num_objects=int(example.row["num_objects"]),
-        motion=example.row["motion"],
-        ceiling=example.row["ceiling"],
-        candidate=number,
-        candidates=count,
-        outcome=outcome,
-        reason=reason,
-        continuation=continuation,
-        prefix=prefix,
-        curves=curves,
-        processor=processor(),
-    )
-
-
-def _curves(seen: View, truth: View) -> dict[str, list[float]]:
-    return {
-        name: np.round(metric.curve_of(seen, truth), CURVE_DIGITS).tolist()
-        for name, metric in SCORED.items()
-    }
+def _said(troubles: Mapping[str, str]) -> str:
+    name, reason = next(iter(troubles.items()))
+    more = f" and {len(troubles) - 1} more" if troubles.keys() - {name} else ""
+    return f"nothing can be said of {name}{more}: {reason}"

@@ -1,4 +1,4 @@
-"""What a predictor is: a task in, candidates out.
+"""What a predictor is: a task in, answers out.
 
 A task carries what its regime gives, and nothing else. What tells how well anything
 could do is handed the answers by a door of its own, and results say so.
@@ -9,6 +9,18 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 from mpmworlds.metrics.reduction import Frames
+
+
+@dataclass(frozen=True)
+class Form:
+    """What the frames of a program must be: the same for all of a configuration."""
+
+    frames: int
+    """How many."""
+    framerate: int
+    """Frames per second. [1/s]"""
+    resolution: int
+    """Pixels along each side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +37,8 @@ class Task:
     """Number of frames to predict."""
     framerate: int
     """Frames per second of prefix and continuation. [1/s]"""
+    form: Form
+    """What a program must draw, from the beginning of the prefix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +49,29 @@ class Candidate:
     """``horizon`` frames of the size of the prefix."""
     prefix: Frames | None = None
     """The predictor's own rendering of the prefix, by which candidates are ranked."""
+
+
+@dataclass(frozen=True)
+class ProgramText:
+    """A program that draws prefix and continuation; it is run in a sandbox."""
+
+    text: str
+    """Python, with a generator ``frames()`` of the task's `Form`."""
+
+
+@dataclass(frozen=True)
+class SceneText:
+    """A scene, whose program is linked and run."""
+
+    text: str
+    """YAML of a scene file, with an output of the task's `Form`."""
+
+
+class InfrastructureError(RuntimeError):
+    """Nothing can be said of the sample: a server, a network or a machine failed.
+
+    For predictors to raise. The sample is tried again and never scored as a failure.
+    """
 
 
 @dataclass(frozen=True)
@@ -54,6 +91,9 @@ class Failure:
             )
 
 
+Answer: TypeAlias = Candidate | ProgramText | SceneText | Failure
+
+
 class Predictor(Protocol):
     """Something that continues videos."""
 
@@ -62,7 +102,7 @@ class Predictor(Protocol):
         """Name in result files and tables."""
         ...
 
-    def predict(self, task: Task, /) -> Sequence[Candidate | Failure]:
+    def predict(self, task: Task, /) -> Sequence[Answer]:
         """Predict one sample.
 
         Parameters
@@ -72,9 +112,15 @@ class Predictor(Protocol):
 
         Returns
         -------
-        sequence of Candidate or Failure
+        sequence of Candidate, ProgramText, SceneText or Failure
             At least one, in an order that a repetition gives again. Several candidates
-            need a ``prefix`` each, since one of them is selected by its prefix.
+            need a ``prefix`` each, since one of them is selected by its prefix;
+            programs and scenes draw their own.
+
+        Raises
+        ------
+        InfrastructureError, OSError, MemoryError
+            If it is not its fault. Any other exception is its failure on this sample.
         """
         ...
 
@@ -84,7 +130,7 @@ class Answers:
     """What no predictor may know of a sample."""
 
     row: Mapping[str, Any]
-    """Its row of the release, without its video: scene, program, lineage."""
+    """Its row of the release, without its video: id, scene, program, lineage."""
     continuation: Frames
     """The frames that are to be predicted."""
 
@@ -98,9 +144,23 @@ class Oracle(Protocol):
         """Name in result files and tables."""
         ...
 
-    def reveal(self, task: Task, answers: Answers, /) -> Sequence[Candidate | Failure]:
+    def reveal(self, task: Task, answers: Answers, /) -> Sequence[Answer]:
         """As `Predictor.predict`, with the answers at hand."""
         ...
 
 
-AnyPredictor: TypeAlias = Predictor | Oracle
+@runtime_checkable
+class Precomputed(Protocol):
+    """Predictions that were made elsewhere, by the ids of their samples."""
+
+    @property
+    def name(self) -> str:
+        """Name in result files and tables."""
+        ...
+
+    def look_up(self, sample_id: str, task: Task, /) -> Sequence[Answer]:
+        """As `Predictor.predict`, of a sample that is named."""
+        ...
+
+
+AnyPredictor: TypeAlias = Predictor | Oracle | Precomputed

@@ -1,40 +1,89 @@
-"""The built-in predictors by name."""
+"""Predictors by name: the built-in ones, and any class that can be imported."""
 
+import inspect
+import pkgutil
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
-from mpmworlds.baselines.black import Black
-from mpmworlds.baselines.copy_last import CopyLast
-from mpmworlds.baselines.oracle import OracleProgram
+from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
 
-PREDICTORS: Final[Mapping[str, Callable[[], AnyPredictor]]] = MappingProxyType(
-    {"black": Black, "copy_last": CopyLast, "oracle": OracleProgram}
-)
-"""Name -> maker of the predictor."""
+NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
-def predictor_named(name: str) -> AnyPredictor:
-    """Make a built-in predictor.
+def _built_in() -> Mapping[str, Callable[..., AnyPredictor]]:
+    """Each module of `mpmworlds.baselines.simple` has one class or more with a name."""
+    found = {}
+    for module in pkgutil.iter_modules(simple.__path__):
+        content = vars(import_module(f"{simple.__name__}.{module.name}"))
+        for item in content.values():
+            if isinstance(item, type) and item.__module__.endswith(f".{module.name}"):
+                name = getattr(item, "name", None)
+                if isinstance(name, str):
+                    found[name] = item
+    return MappingProxyType(dict(sorted(found.items())))
+
+
+PREDICTORS: Final = _built_in()
+"""Name -> class of the predictor."""
+
+
+def predictor_named(name: str, options: Mapping[str, Any] = NO_OPTIONS) -> AnyPredictor:
+    """Make a predictor.
 
     Parameters
     ----------
     name
-        A key of `PREDICTORS`.
+        A key of `PREDICTORS`, or ``module:Class`` of what can be imported here.
+    options
+        What it is made with, by the names of its parameters.
 
     Returns
     -------
-    Predictor or Oracle
-        A new predictor of that name.
+    Predictor, Oracle or Precomputed
+        A new predictor.
 
     Raises
     ------
     ValueError
-        If there is none (the message lists them).
+        If there is none of that name, or it takes other options.
     """
-    if name not in PREDICTORS:
+    made_by = _imported(name) if ":" in name else PREDICTORS.get(name)
+    if made_by is None:
         raise ValueError(
-            f"predictor {name!r}: unknown, must be one of {list(PREDICTORS)}"
+            f"predictor {name!r}: unknown, must be one of {list(PREDICTORS)}, or "
+            "module:Class of your own"
         )
-    return PREDICTORS[name]()
+    try:
+        inspect.signature(made_by).bind(**options)
+    except TypeError as error:
+        takes = list(inspect.signature(made_by).parameters) or "none"
+        raise ValueError(
+            f"predictor {name!r}: {error}; its options are {takes}"
+        ) from error
+    predictor = made_by(**options)
+    methods = ("predict", "reveal", "look_up")
+    if not isinstance(getattr(predictor, "name", None), str) or not any(
+        callable(getattr(predictor, method, None)) for method in methods
+    ):
+        raise ValueError(
+            f"predictor {name!r}: is no predictor; it needs a name and a method "
+            "predict(task), see mpmworlds.baselines.protocol"
+        )
+    return predictor
+
+
+def _imported(name: str) -> Callable[..., AnyPredictor]:
+    module, _, attribute = name.partition(":")
+    try:
+        found = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(
+            f"predictor {name!r}: {error}; name a module that Python finds here (its "
+            "folder in PYTHONPATH) and a class in it"
+        ) from error
+    if not callable(found):
+        raise ValueError(f"predictor {name!r}: is no class")
+    return found  # type: ignore[no-any-return]

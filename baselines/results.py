@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from mpmworlds.baselines.provenance import Provenance
+from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.journal import Journal, JournalBusyError
 from mpmworlds.metrics import Row
@@ -177,10 +178,24 @@ class ResultsFile(Closeable):
 
     def append(self, results: Sequence[Result]) -> None:
         """Record all candidates of one sample; on return they are on the disk."""
+        self._journal.append(self._text(results))
+        self._done[results[0].sample_id] = list(results)
+
+    def _text(self, results: Sequence[Result]) -> str:
         common = asdict(self.provenance)
         lines = [json.dumps(asdict(result) | common) + "\n" for result in results]
-        self._journal.append("".join(lines))
-        self._done[results[0].sample_id] = list(results)
+        return "".join(lines)
+
+    def put_in_order(self, names: Sequence[str]) -> None:
+        """Write the file anew with samples in an order, whichever was done first.
+
+        It is the last thing to do with it: what is appended later is lost.
+        """
+        ordered = [name for name in names if name in self._done]
+        ordered += sorted(self._done.keys() - set(names))
+        if ordered != list(self._done):
+            text = "".join(self._text(self._done[name]) for name in ordered)
+            write_atomically(self.path, text.encode())
 
     def _recover(self) -> None:
         """Read what is there, and cut off a sample that was not written whole."""

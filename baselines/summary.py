@@ -1,8 +1,9 @@
 """Results -> the summary that is published, and its table."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from types import MappingProxyType
 from typing import Any, Final
 
 from mpmworlds.baselines.provenance import Provenance
@@ -11,10 +12,14 @@ from mpmworlds.baselines.slices import parts
 from mpmworlds.metrics import SCORED, Interval, Row, best_of_n, definition, summarise
 
 SCHEMA: Final = "mpmworlds-summary/1"
+NO_TROUBLES: Final[Mapping[str, str]] = MappingProxyType({})
 
 
 def summarise_results(
-    provenance: Provenance, results: Sequence[Result]
+    provenance: Provenance,
+    results: Sequence[Result],
+    expected: int | None = None,
+    troubles: Mapping[str, str] = NO_TROUBLES,
 ) -> dict[str, Any]:
     """Summarise the results of one evaluation.
 
@@ -27,6 +32,10 @@ def summarise_results(
         What the results have in common.
     results
         All candidates of all samples, failures included.
+    expected
+        How many samples there should be; as many as there are if None.
+    troubles
+        Samples of which nothing could be said, and why.
 
     Returns
     -------
@@ -36,18 +45,16 @@ def summarise_results(
     Raises
     ------
     ValueError
-        If there are no results.
+        If a result lacks a metric.
     """
-    if not results:
-        raise ValueError(
-            f"evaluation of {provenance.predictor!r} on {provenance.config}/"
-            f"{provenance.split}: no sample to evaluate, must be at least one"
-        )
+    samples = len({result.sample_id for result in results})
     summary: dict[str, Any] = {
         "schema": SCHEMA,
         "provenance": asdict(provenance),
         "definition": definition(),
-        "samples": len({result.sample_id for result in results}),
+        "expected": samples if expected is None else expected,
+        "samples": samples,
+        "troubles": dict(sorted(troubles.items())),
         "candidates": len(results),
         "outcomes": dict(sorted(Counter(r.outcome for r in results).items())),
         "continuation": _metrics(results),
@@ -63,7 +70,9 @@ def summarise_results(
 
 def _metrics(results: Sequence[Result], *, of_prefix: bool = False) -> dict[str, Any]:
     """Return, per metric, its direction and the two summaries of one system."""
-    table = {}
+    table: dict[str, Any] = {}
+    if not results:
+        return table
     for name, metric in SCORED.items():
         (summary,) = summarise(_selected(results, name, of_prefix), name).values()
         table[name] = {
@@ -80,7 +89,7 @@ def _selected(results: Sequence[Result], metric: str, of_prefix: bool) -> list[R
     if all(result.candidates == 1 for result in results):
         return scored
     ranked = [result.row("", of_prefix=True) for result in results]
-    return best_of_n(ranked, scored, metric)
+    return best_of_n(ranked, scored, SCORED[metric].selected_by or metric)
 
 
 def summary_table(summary: dict[str, Any]) -> str:
@@ -105,6 +114,9 @@ def summary_table(summary: dict[str, Any]) -> str:
         f"{who} on {where}, {origin['metrics_version']}",
         f"{summary['samples']} samples, {summary['candidates']} candidates: {outcomes}",
     ]
+    if missing := summary["expected"] - summary["samples"]:
+        reasons = "; ".join(f"{k}: {v}" for k, v in summary["troubles"].items())
+        lines.append(f"INCOMPLETE: {missing} samples are missing ({reasons})")
     for part in ("continuation", "prefix"):
         if part in summary:
             lines += ["", *_table(part, summary[part])]

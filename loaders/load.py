@@ -78,7 +78,7 @@ class Examples(Sequence[Example]):
         if isinstance(index, slice):
             chosen = self.table.select(range(len(self))[index])
             return Examples(chosen, self.regime.name)
-        return _example(self.table[index], self.regime)
+        return example_of(self.table[index], self.regime)
 
     def __iter__(self) -> Iterator[Example]:
         return (self[index] for index in range(len(self)))
@@ -161,7 +161,21 @@ def _default_config(root: Path) -> str:
     return str(name)
 
 
-def _example(row: dict[str, Any], regime: Regime) -> Example:
+def example_of(row: dict[str, Any], regime: Regime = REGIMES[DEFAULT]) -> Example:
+    """The example that a row of a release is.
+
+    Parameters
+    ----------
+    row
+        Its columns, the bytes of the video among them.
+    regime
+        What is told of the scene.
+
+    Raises
+    ------
+    ValueError
+        If it has no video, or one that cannot be cut in two.
+    """
     if "video" not in row:
         raise ValueError(
             f"{row['id']}: has no video; load another configuration than 'recipes'"

@@ -45,6 +45,7 @@ OFTEN: Final = 0.2  # seconds between looks at whether the process lives
 CHUNK: Final = 1 << 20  # bytes read at once
 
 Verdict = tuple[Status, str]
+Watch = Callable[[list[npt.NDArray[np.uint8]]], bool]
 
 
 class Refused(Exception):
@@ -195,6 +196,8 @@ class Received:
     ----------
     most
         Frames that were asked for, at most; 0 for all.
+    watch
+        Asked after every frame, with all so far, whether to go on.
     frames, recording
         The frames, and the states.
     seal
@@ -202,6 +205,7 @@ class Received:
     """
 
     most: int = 0
+    watch: Watch | None = None
     frames: list[npt.NDArray[np.uint8]] = field(default_factory=list)
     recording: Recording = field(default_factory=Recording)
     seal: dict[str, Any] | None = None
@@ -272,6 +276,8 @@ def _take_frame(
 ) -> Verdict | None:
     frame = np.frombuffer(payload, np.uint8)
     received.frames.append(frame.reshape(height, width, 3))
+    if received.watch and not received.watch(received.frames):
+        return "ok", ""
     return None
 
 

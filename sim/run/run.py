@@ -29,6 +29,7 @@ from mpmworlds.sim.run.receive import (
     Refused,
     RunError,
     Verdict,
+    Watch,
     collect,
 )
 
@@ -55,6 +56,7 @@ def run(
     states: bool = False,
     compiler: str = "taichi",
     trusted: bool = False,
+    watch: Watch | None = None,
 ) -> Outcome:
     """Run a program and collect its frames.
 
@@ -76,6 +78,9 @@ def run(
     trusted : bool
         Run it without a sandbox. For the text that `link` returns; any other one can do
         then what you can.
+    watch : callable, optional
+        Asked after every frame, with the list of all so far, whether to go on; if not,
+        the run ends well, with those frames.
 
     Returns
     -------
@@ -95,7 +100,7 @@ def run(
     with Scratch() as scratch:
         path = scratch.path / "program.py"
         path.write_text(program_text, "utf-8", "surrogatepass")
-        received = Received(max_frames or 0)
+        received = Received(max_frames or 0, watch)
         arguments = {
             "path": str(path),
             "compiler": module,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mpmworlds.baselines.copy_last import CopyLast
 from mpmworlds.baselines.provenance import Provenance
+from mpmworlds.baselines.simple.copy_last import CopyLast
 from mpmworlds.loaders.load import Example
 
 ROW = {
@@ -16,7 +16,9 @@ ROW = {
     "ceiling": None,
     "num_materials": 1,
     "program": "",
+    "num_frames": 16,
     "framerate": 15,
+    "resolution": 32,
 }
 
 

@@ -11,14 +11,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mpmworlds.baselines.black import Black
-from mpmworlds.baselines.copy_last import CopyLast
-from mpmworlds.baselines.evaluate import evaluate_examples, score_example, task_of
-from mpmworlds.baselines.protocol import Candidate, Failure
+from mpmworlds.baselines import evaluate as evaluate_module
+from mpmworlds.baselines import execution
+from mpmworlds.baselines.evaluate import evaluate_examples
+from mpmworlds.baselines.protocol import (
+    Candidate,
+    Failure,
+    Form,
+    InfrastructureError,
+    ProgramText,
+    SceneText,
+)
 from mpmworlds.baselines.results import ResultsError, read_results
+from mpmworlds.baselines.scoring import How, score_example, task_of
+from mpmworlds.baselines.simple.black import Black
+from mpmworlds.baselines.simple.copy_last import CopyLast
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.loaders.regimes import REGIMES
 from mpmworlds.metrics import SCORED
+from mpmworlds.sim.run.encode import decode_mp4
+from mpmworlds.sim.run.run import SandboxError
 
 
 class Answers:
@@ -43,25 +55,29 @@ def examples(make_example):
     return [make_example(f"p{number:04d}") for number in range(5)]
 
 
+def results_of(example, predictor):
+    return score_example(example, predictor).results
+
+
 def run(examples, predictor, provenance, folder):
     path = evaluate_examples(examples, predictor, provenance, folder, progress=False)
     return json.loads(path.read_text())
 
 
 def test_copying_is_perfect_where_nothing_moves(make_example):
-    (result,) = score_example(make_example(speed=0), CopyLast())
+    (result,) = results_of(make_example(speed=0), CopyLast())
     assert result.outcome == "ok"
     assert result.continuation == dict.fromkeys(SCORED, 0.0) | {"mask_iou": 1.0}
 
 
 def test_copying_is_imperfect_where_something_moves(make_example):
-    (result,) = score_example(make_example(), CopyLast())
+    (result,) = results_of(make_example(), CopyLast())
     assert 0 < result.continuation["mask_iou"] < 0.7
     assert result.continuation["wmae"] > 0.5
 
 
 def test_black_has_the_worst_overlap_and_collapses(make_example):
-    (result,) = score_example(make_example(), Black())
+    (result,) = results_of(make_example(), Black())
     assert result.continuation["mask_iou"] == 0
     assert result.continuation["collapse"] == 1
     assert result.continuation["color_tv"] == 1
@@ -82,7 +98,8 @@ class Sealed(dict):
 
     def __getitem__(self, name):
         allowed = ("family_id", "materials", "num_objects", "object_types")
-        assert name in (*allowed, "motion", "ceiling"), name
+        form = ("num_frames", "framerate", "resolution")
+        assert name in (*allowed, *form, "motion", "ceiling"), name
         return super().__getitem__(name)
 
 
@@ -91,7 +108,8 @@ def test_a_task_carries_what_the_regime_gives_and_nothing_else(make_example):
     example = make_example()
     score_example(replace(example, row=Sealed(example.row)), predictor)
     (task,) = predictor.tasks
-    assert vars(task).keys() == {"id", "prefix", "side_info", "horizon", "framerate"}
+    told = {"id", "prefix", "side_info", "horizon", "framerate", "form"}
+    assert vars(task).keys() == told
     assert task.side_info == ""
     assert not re.search(r"p\d{4}", task.id)
     scene = next(iter(load_seeds().values()))
@@ -137,7 +155,7 @@ PREFIX = CONTINUATION[:6]
 def test_failure_is_a_typed_outcome_without_scores(
     make_example, answers, outcome, reason
 ):
-    (result,) = score_example(make_example(), Answers(*answers))
+    (result,) = results_of(make_example(), Answers(*answers))
     assert result.outcome == outcome
     assert reason in result.reason
     assert result.continuation is None
@@ -155,7 +173,7 @@ def test_interruption_by_the_user_is_no_outcome(make_example):
 
 def test_several_candidates_need_a_prefix_each(make_example):
     both = [Candidate(CONTINUATION, PREFIX), Candidate(CONTINUATION)]
-    results = score_example(make_example(), Answers(*both))
+    results = results_of(make_example(), Answers(*both))
     assert [result.outcome for result in results] == ["ok", "no_prefix"]
     assert [result.candidate for result in results] == [0, 1]
 
@@ -214,8 +232,9 @@ def test_summary_covers_the_examples_asked_for(examples, provenance, tmp_path):
 KILLED_HALFWAY = """
 import os, pickle, signal, sys
 from pathlib import Path
-from mpmworlds.baselines.copy_last import CopyLast
-from mpmworlds.baselines.evaluate import evaluate_examples, task_of
+from mpmworlds.baselines.simple.copy_last import CopyLast
+from mpmworlds.baselines.evaluate import evaluate_examples
+from mpmworlds.baselines.scoring import task_of
 
 class Killed(CopyLast):
     def predict(self, task):
@@ -255,11 +274,185 @@ def test_evaluation_of_nothing_is_an_error(provenance, tmp_path):
         run([], CopyLast(), provenance, tmp_path)
 
 
-def test_progress_names_sample_and_outcome_on_standard_error(
+def test_progress_is_shown_on_standard_error(
     make_example, provenance, tmp_path, capsys
 ):
     predictor = Answers(Failure("timeout", ""))
     evaluate_examples([make_example("p0042")], predictor, provenance, tmp_path)
     written = capsys.readouterr()
-    assert written.err.split() == ["1/1", "p0042", "timeout"]
+    assert "copy_last, frames_only" in written.err
+    assert "1/1" in written.err
     assert written.out == ""
+
+
+# ---- what is nobody's fault
+
+
+class Flaky(CopyLast):
+    """Whose server answers only now and then."""
+
+    def __init__(self, *errors):
+        self.errors = list(errors)
+
+    def predict(self, task):
+        if self.errors and (error := self.errors.pop(0)):
+            raise error
+        return super().predict(task)
+
+
+@pytest.fixture
+def no_pause(monkeypatch):
+    monkeypatch.setattr(evaluate_module, "PAUSE", 0.0)
+
+
+OUTAGES = [
+    InfrastructureError("429: too many requests"),
+    ConnectionError("refused"),
+    MemoryError(),
+    SandboxError("no layer"),
+    OSError(28, "No space left on device"),
+]
+
+
+@pytest.mark.parametrize("error", OUTAGES, ids=lambda e: type(e).__name__)
+def test_an_outage_is_tried_again_and_leaves_no_trace(
+    error, examples, provenance, tmp_path, no_pause
+):
+    run(examples, CopyLast(), provenance, tmp_path / "calm")
+    flaky = Flaky(None, error)
+    summary = run(examples, flaky, provenance, tmp_path / "stormy")
+    assert (summary["samples"], summary["troubles"]) == (5, {})
+    for name in ("results.jsonl", "summary.json"):
+        calm, stormy = ((tmp_path / d / name).read_bytes() for d in ("calm", "stormy"))
+        assert calm == stormy
+
+
+def test_a_lasting_outage_leaves_an_incomplete_run_that_says_so(
+    examples, provenance, tmp_path, no_pause
+):
+    error = InfrastructureError("429: too many requests")
+    summary = run(examples, Flaky(None, *[error] * 8), provenance, tmp_path)
+    assert (summary["samples"], summary["expected"]) == (1, 5)
+    assert summary["outcomes"] == {"ok": 1}
+    assert summary["troubles"]["p0003"].endswith("429: too many requests")
+    table = (tmp_path / "summary.txt").read_text()
+    assert "INCOMPLETE: 4 samples are missing (p0001: InfrastructureError" in table
+    assert run(examples, CopyLast(), provenance, tmp_path)["troubles"] == {}
+
+
+def test_nothing_but_an_outage_has_a_summary(examples, provenance, tmp_path, no_pause):
+    summary = run(examples, Flaky(*[OSError("gone")] * 20), provenance, tmp_path)
+    assert (summary["samples"], summary["continuation"]) == (0, {})
+    assert len(summary["troubles"]) == 5
+
+
+# ---- programs and scenes
+
+DRAWS = """
+import numpy as np
+
+
+def frames():
+    for t in range(%(frames)d):
+        if t == %(fails)d:
+            raise RuntimeError("no such luck")
+        open_ended = %(wait)f
+        import time; time.sleep(open_ended)
+        frame = np.zeros((32, 32, 3), np.uint8)
+        frame[10:18, 2 + %(speed)d * t : 10 + %(speed)d * t] = (200, 40, 40)
+        yield frame
+"""
+
+
+def program(speed=1, frames=16, fails=-1, wait=0.0):
+    fields = {"speed": speed, "frames": frames, "fails": fails, "wait": wait}
+    return ProgramText(DRAWS % fields)
+
+
+def test_a_program_is_run_and_scored(make_example):
+    (result,) = results_of(make_example(), Answers(program()))
+    assert (result.outcome, result.reason) == ("ok", "")
+    assert result.continuation["mask_iou"] == result.prefix["mask_iou"] == 1.0
+    assert len(result.curves["mse"]) == 10
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome"),
+    [
+        ("not Python at all", "syntax_error"),
+        ("import nothing_like_it", "import_error"),
+        (program(fails=3).text, "exception"),
+        (program(frames=15).text, "wrong_shape"),
+        ("def frames():\n    yield open('/etc/passwd').read()", "exception"),
+    ],
+)
+def test_a_program_that_fails_has_its_outcome(make_example, text, outcome):
+    (result,) = results_of(make_example(), Answers(ProgramText(text)))
+    assert (result.outcome, result.continuation) == (outcome, None)
+
+
+def test_a_scene_that_is_none_fails(make_example):
+    (result,) = results_of(make_example(), Answers(SceneText("objects: [")))
+    assert result.outcome == "invalid_scene"
+
+
+def test_only_what_the_prefix_chooses_is_run_to_its_end(make_example):
+    right, wrong, again = program(), program(2), program()
+    later = program(fails=12)  # as good a prefix; it would fail after it
+    answers = Answers(right, wrong, again, later)
+    results = results_of(make_example(), answers)
+    outcomes = [result.outcome for result in results]
+    assert outcomes == ["ok", "passed_over", "passed_over", "passed_over"]
+    assert results[0].continuation["mask_iou"] == 1.0
+    assert results[1].prefix["mask_iou"] < results[0].prefix["mask_iou"] == 1.0
+    assert results[2].prefix == results[0].prefix
+    everything = score_example(make_example(), answers, How(selection="all")).results
+    assert [r.outcome for r in everything] == ["ok", "ok", "ok", "exception"]
+    assert everything[0].continuation == results[0].continuation
+
+
+def test_the_choice_is_the_same_whether_losers_are_run_or_not(
+    make_example, provenance, tmp_path
+):
+    speeds = [3, 0, 2, 1, 2, 5, 1]
+    answers = Answers(*map(program, speeds), program(fails=2))
+    example = make_example()
+    means = []
+    for selection in ("prefix", "all"):
+        where = replace(provenance, selection=selection)
+        path = evaluate_examples(
+            [example], answers, where, tmp_path / selection, False, How(selection)
+        )
+        found = json.loads(path.read_text())["continuation"]
+        means.append(
+            {name: m["failures_at_worst"]["mean"] for name, m in found.items()}
+        )
+    assert means[0] == means[1]
+    assert means[0]["mask_iou"] == 1.0
+
+
+def test_a_program_that_wins_and_then_fails_is_a_failure(
+    make_example, provenance, tmp_path
+):
+    answers = Answers(program(fails=12), program(2))
+    summary = run([make_example()], answers, provenance, tmp_path)
+    assert summary["continuation"]["mask_iou"]["failures_at_worst"]["mean"] == 0.0
+    assert summary["continuation"]["mask_iou"]["valid"]["n"] == 0
+
+
+def test_a_slow_program_gets_four_times_what_the_reference_takes(monkeypatch):
+    monkeypatch.setattr(execution, "LEAST_TIME", 2.0)
+    runs = execution.Runs(Form(16, 15, 32), 6, "")
+    monkeypatch.setattr(runs, "_time_of_reference", lambda: 2.0)
+    slow = execution.Runnable(program(wait=0.25).text, trusted=False)  # 4 s
+    assert len(runs.whole(slow)) == 16
+    endless = execution.Runnable(program(wait=9.0).text, trusted=False)
+    assert runs.whole(endless).outcome == "timeout"
+
+
+def test_clips_of_predictions_are_kept_on_request(make_example, provenance, tmp_path):
+    evaluate_examples(
+        [make_example()], CopyLast(), provenance, tmp_path, False, How(clips=True)
+    )
+    clip = decode_mp4((tmp_path / "clips/p0001.mp4").read_bytes())
+    assert clip.shape == (10, 32, 32, 3)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mpmworlds.baselines.evaluate import score_example
-from mpmworlds.baselines.oracle import OracleProgram
+from mpmworlds.baselines.scoring import score_example
+from mpmworlds.baselines.simple.oracle import OracleProgram
 from mpmworlds.loaders.load import Example
 from mpmworlds.metrics.reduction import reduce_clip, split_clip
 
@@ -35,13 +35,15 @@ def example():
         "motion": 0.25,
         "ceiling": None,
         "program": PROGRAM,
+        "num_frames": 90,
         "framerate": 30,
+        "resolution": 512,
     }
     return Example("p0001", prefix, continuation, 15, row)
 
 
 def test_program_of_the_row_scores_perfectly(example):
-    (result,) = score_example(example, OracleProgram())
+    (result,) = score_example(example, OracleProgram()).results
     assert result.reason == ""
     for scores in (result.prefix, result.continuation):
         assert scores["mask_iou"] == 1
@@ -50,18 +52,18 @@ def test_program_of_the_row_scores_perfectly(example):
 
 def test_other_program_does_not_score_perfectly(example):
     example.row["program"] = PROGRAM.replace("2 * t", "3 * t")
-    (result,) = score_example(example, OracleProgram())
+    (result,) = score_example(example, OracleProgram()).results
     assert result.continuation["mask_iou"] < 1
 
 
 def test_program_that_stops_early_is_a_failure(example):
     example.row["program"] = PROGRAM.replace("range(90)", "range(80)")
-    (result,) = score_example(example, OracleProgram())
+    (result,) = score_example(example, OracleProgram()).results
     assert result.outcome == "wrong_shape"
 
 
 def test_program_that_raises_is_a_failure_with_its_reason(example):
     example.row["program"] = PROGRAM + "\nraise RuntimeError('no such luck')\n"
-    (result,) = score_example(example, OracleProgram())
+    (result,) = score_example(example, OracleProgram()).results
     assert result.outcome == "exception"
     assert "no such luck" in result.reason

@@ -7,7 +7,6 @@ import logging
 
 import pytest
 
-from mpmworlds.baselines.copy_last import CopyLast
 from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.results import (
     Result,
@@ -15,6 +14,7 @@ from mpmworlds.baselines.results import (
     ResultsFile,
     read_results,
 )
+from mpmworlds.baselines.simple.copy_last import CopyLast
 from mpmworlds.metrics import SCORED
 
 

@@ -1,0 +1,158 @@
+"""Candidates that must be run: programs in a sandbox, scenes as their own programs."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from mpmworlds.baselines.protocol import (
+    Failure,
+    Form,
+    InfrastructureError,
+    ProgramText,
+    SceneText,
+)
+from mpmworlds.metrics.reduction import (
+    FRAMERATE,
+    Frames,
+    reduce_clip,
+)
+from mpmworlds.sim.program.link import link
+from mpmworlds.sim.run.run import Outcome, run
+from mpmworlds.sim.scene.scene import Scene
+
+LEAST_TIME: Final = 60.0  # seconds that any program may take
+TIMES_REFERENCE: Final = 4  # what a program may take of the reference's own time here
+LOOKS: Final = (10, 19, 28)  # frames of the prefix at which a loser may be stopped
+
+
+@dataclass(frozen=True)
+class Runnable:
+    """A program that is to be run."""
+
+    text: str
+    trusted: bool
+
+
+def runnable(answer: ProgramText | SceneText, form: Form) -> Runnable | Failure:
+    """The program of an answer, or why there is none."""
+    if isinstance(answer, ProgramText):
+        return Runnable(answer.text, trusted=False)
+    try:
+        scene = Scene.from_yaml(answer.text, "scene")
+    except ValueError as error:
+        return Failure("invalid_scene", str(error))
+    output = scene.output
+    frames = scene.simulation.duration_frames
+    found = Form(frames, output.framerate, output.resolution)
+    if found != form:
+        return Failure("wrong_form", f"the scene's output is {found}, must be {form}")
+    return Runnable(link(scene), trusted=True)
+
+
+class Runs:
+    """Runs of the candidates of one sample, each text once.
+
+    Parameters
+    ----------
+    form
+        What frames are wanted.
+    known
+        Frames of the prefix, as it is evaluated.
+    reference
+        Text of the sample's scene, by whose own time others are limited.
+    sandbox
+        Whether programs that were not linked here are confined.
+    """
+
+    def __init__(
+        self, form: Form, known: int, reference: str, *, sandbox: bool = True
+    ) -> None:
+        self._form = form
+        self._known = known
+        self._reference = reference
+        self._sandbox = sandbox
+        self._limit: float | None = None
+        self._begun: dict[Runnable, Frames | Failure] = {}
+        self._whole: dict[Runnable, Frames | Failure] = {}
+
+    def begin(
+        self, program: Runnable, hopeless: Callable[[Frames], bool] | None = None
+    ) -> Frames | Failure | None:
+        """The prefix that a program draws.
+
+        Parameters
+        ----------
+        program
+            The program.
+        hopeless
+            Asked now and then, with the frames so far, whether to give up.
+
+        Returns
+        -------
+        ndarray, Failure or None
+            The prefix as it is evaluated; None if it was given up.
+        """
+        if program not in self._begun:
+            found = self._watched(program, hopeless)
+            if found is None:
+                return None
+            self._begun[program] = found
+        return self._begun[program]
+
+    def _watched(
+        self, program: Runnable, hopeless: Callable[[Frames], bool] | None
+    ) -> Frames | Failure | None:
+        rate, given_up = self._form.framerate, False
+        looks = {self._drawn(count): count for count in LOOKS}
+
+        def watch(frames: list[Frames]) -> bool:
+            nonlocal given_up
+            if hopeless is not None and len(frames) in looks:
+                given_up = hopeless(reduce_clip(np.stack(frames), rate))
+            return not given_up
+
+        outcome = self._run(program, self._drawn(self._known), watch)
+        return None if given_up else self._reduced(outcome)
+
+    def _drawn(self, count: int) -> int:
+        """Frames that a program has drawn when so many of them are to be kept."""
+        return max(count, (count - 1) * self._form.framerate // FRAMERATE + 1)
+
+    def whole(self, program: Runnable) -> Frames | Failure:
+        """Prefix and continuation that a program draws, as they are evaluated."""
+        if program not in self._whole:
+            self._whole[program] = self._reduced(self._run(program))
+        return self._whole[program]
+
+    def _reduced(self, outcome: Outcome) -> Frames | Failure:
+        if outcome.status != "ok":
+            return Failure(outcome.status, outcome.message)
+        try:
+            return reduce_clip(outcome.frames, self._form.framerate)
+        except ValueError as error:
+            return Failure("wrong_shape", str(error))
+
+    def _run(
+        self,
+        program: Runnable,
+        frames: int | None = None,
+        watch: Callable[[list[Frames]], bool] | None = None,
+    ) -> Outcome:
+        trusted = program.trusted or not self._sandbox
+        limit = self._limit or LEAST_TIME
+        outcome = run(program.text, frames, limit, trusted=trusted, watch=watch)
+        if outcome.status == "timeout" and self._limit is None:
+            self._limit = max(LEAST_TIME, TIMES_REFERENCE * self._time_of_reference())
+            if self._limit > LEAST_TIME:
+                return self._run(program, frames, watch)
+        if outcome.status == "killed":
+            raise InfrastructureError(f"a program was killed: {outcome.message}")
+        return outcome
+
+    def _time_of_reference(self) -> float:
+        start = time.monotonic()
+        run(link(Scene.from_yaml(self._reference, "reference")), trusted=True).expect()
+        return time.monotonic() - start

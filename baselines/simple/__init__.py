@@ -1,0 +1,1 @@
+"""Simple predictors, a module each: what has a name here is a predictor."""
