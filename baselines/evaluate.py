@@ -121,6 +121,7 @@ def evaluate(
         )
     release = Path(release_dir)
     predictor = predictor_named(predictor_name, options)
+    _check_regime(predictor, regime)
     examples = load(release, split=split, config=config, regime=regime)
     examples = _chosen(examples, ids)[:limit]
     provenance = Provenance.of(
@@ -151,6 +152,16 @@ def evaluate(
 
         return _evaluate(
             names, score_all, provenance, Path(out_dir), progress, how, retries
+        )
+
+
+def _check_regime(predictor: AnyPredictor, regime: str) -> None:
+    """Raise if a predictor that needs to be told something is told something else."""
+    suited = getattr(predictor, "regimes", (regime,))
+    if regime not in suited:
+        raise ValueError(
+            f"predictor {predictor.name!r}: regime {regime!r} tells it too little or "
+            f"too much, must be one of {list(suited)}"
         )
 
 

@@ -92,7 +92,7 @@ class Provenance:
             regime=regime,
             selection=selection,
             knows_answers=isinstance(predictor, Oracle),
-            release_sha256=hashlib.sha256(_checksums(release)).hexdigest(),
+            release_sha256=hashlib.sha256(checksums(release)).hexdigest(),
             metrics_version=VERSION,
             constants_sha256=_digest(definition()),
             versions=_versions(),
@@ -126,7 +126,8 @@ def processor() -> str:
     return next((value.strip() for key, _, value in lines if "model name" in key), "")
 
 
-def _checksums(release: Path) -> bytes:
+def checksums(release: Path) -> bytes:
+    """The list of checksums of a release; raises `FileNotFoundError`."""
     path = release / "SHA256SUMS"
     if not path.is_file():
         raise FileNotFoundError(

@@ -1,17 +1,29 @@
 """Results -> the summary that is published, and its table."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
 from types import MappingProxyType
 from typing import Any, Final
 
+import numpy as np
+
 from mpmworlds.baselines.provenance import Provenance
-from mpmworlds.baselines.results import Result
+from mpmworlds.baselines.results import PASSED_OVER, Result
 from mpmworlds.baselines.slices import parts
-from mpmworlds.metrics import SCORED, Interval, Row, best_of_n, definition, summarise
+from mpmworlds.metrics import (
+    SCORED,
+    Interval,
+    Row,
+    best_of_n,
+    definition,
+    oracle_of_n,
+    random_of_n,
+    summarise,
+)
 
 SCHEMA: Final = "mpmworlds-summary/1"
+HORIZONS: Final = 3  # equal parts of the continuation
 NO_TROUBLES: Final[Mapping[str, str]] = MappingProxyType({})
 
 
@@ -61,20 +73,50 @@ def summarise_results(
     }
     if all(result.prefix for result in results if result.outcome == "ok"):
         summary["prefix"] = _metrics(results, of_prefix=True)
+    if len(results) > samples and PASSED_OVER not in summary["outcomes"]:
+        summary["choices"] = {
+            "random": _metrics(results, choose=random_of_n),
+            "oracle": _metrics(results, choose=oracle_of_n),
+        }
     summary["slices"] = {
         name: {part: _metrics(members) for part, members in table.items()}
         for name, table in parts(results).items()
     }
+    summary["slices"]["horizon"] = {
+        f"{k + 1}/{HORIZONS}": _metrics([_in_horizon(r, k) for r in results])
+        for k in range(HORIZONS)
+    }
     return summary
 
 
-def _metrics(results: Sequence[Result], *, of_prefix: bool = False) -> dict[str, Any]:
+def _in_horizon(result: Result, part: int) -> Result:
+    """The result of one part of the continuation: the means of its curves there."""
+    if result.curves is None or min(map(len, result.curves.values())) < HORIZONS:
+        return result
+    means = {
+        name: float(np.array_split(np.array(curve), HORIZONS)[part].mean())
+        for name, curve in result.curves.items()
+    }
+    return replace(result, continuation=means)
+
+
+def _metrics(
+    results: Sequence[Result],
+    *,
+    of_prefix: bool = False,
+    choose: Callable[[Iterable[Row], str], list[Row]] | None = None,
+) -> dict[str, Any]:
     """Return, per metric, its direction and the two summaries of one system."""
     table: dict[str, Any] = {}
     if not results:
         return table
     for name, metric in SCORED.items():
-        (summary,) = summarise(_selected(results, name, of_prefix), name).values()
+        rows = (
+            choose([result.row("") for result in results], name)
+            if choose
+            else _selected(results, name, of_prefix)
+        )
+        (summary,) = summarise(rows, name).values()
         table[name] = {
             "direction": metric.direction,
             "valid": asdict(summary.valid),

@@ -27,7 +27,7 @@ from mpmworlds.metrics.definitions.wmae import wmae
 from mpmworlds.metrics.metric import Metric
 from mpmworlds.metrics.ranking import anchored_score, normalised_scores
 from mpmworlds.metrics.registry import METRICS, SCORED, metric_named, score
-from mpmworlds.metrics.select import best_of_n
+from mpmworlds.metrics.select import best_of_n, oracle_of_n, random_of_n
 from mpmworlds.metrics.view import View
 
 __all__ = [
@@ -54,6 +54,8 @@ __all__ = [
     "metric_named",
     "mse",
     "normalised_scores",
+    "oracle_of_n",
+    "random_of_n",
     "score",
     "semd",
     "summarise",

@@ -1,8 +1,9 @@
-"""Best of N: choose a candidate on the prefix, score it on the continuation."""
+"""Of N candidates one: chosen on the prefix, at random, or by who knows the truth."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
-from mpmworlds.metrics.aggregate import Row
+from mpmworlds.metrics.aggregate import VALID, Row
 from mpmworlds.metrics.registry import metric_named
 
 
@@ -74,7 +75,78 @@ def best_of_n(
             f"{system} on {sample}, candidate {candidate}: scored on one of prefix and "
             "continuation, must be on both; pass its failure as a row too"
         )
+    return [
+        late[rows[0].system, rows[0].sample_id, _chosen(rows, metric)]
+        for rows in _groups(early.values())
+    ]
+
+
+def random_of_n(rows: Iterable[Row], metric: str) -> list[Row]:
+    """Score what a candidate drawn at random comes to, on average.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        All candidates scored on the continuation, failures included.
+    metric : str
+        Metric of which the mean is taken; a failure counts as its worst value.
+
+    Returns
+    -------
+    list of Row
+        One row per system and sample, with that metric alone; candidate 0. A sample
+        without a valid candidate failed, as its first one did.
+
+    Raises
+    ------
+    ValueError
+        If the metric is unknown, or a candidate is there twice.
+    """
+    metric_named(metric)
+    found = []
+    for candidates in _groups(rows):
+        values = [row.value(metric) for row in candidates]
+        if any(row.scores is not None for row in candidates):
+            mean = {metric: sum(values) / len(values)}
+            first = replace(candidates[0], outcome=VALID, scores=mean)
+        else:
+            first = candidates[0]
+        found.append(replace(first, candidate=0))
+    return found
+
+
+def oracle_of_n(rows: Iterable[Row], metric: str) -> list[Row]:
+    """Keep the candidate whose continuation is best: what a perfect choice is worth.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        All candidates scored on the continuation, failures included.
+    metric : str
+        Metric that tells.
+
+    Returns
+    -------
+    list of Row
+        One row per system and sample, ties to the lowest number; a failure only where
+        all candidates failed.
+
+    Raises
+    ------
+    ValueError
+        If the metric is unknown, or a candidate is there twice.
+    """
+    index = _by_candidate(rows)
+    return [
+        index[group[0].system, group[0].sample_id, _chosen(group, metric)]
+        for group in _groups(index.values())
+    ]
+
+
+def _groups(rows: Iterable[Row]) -> list[list[Row]]:
+    """Candidates by system and sample, in order."""
+    index = _by_candidate(rows)
     groups: dict[tuple[str, str], list[Row]] = {}
-    for system, sample, candidate in sorted(early):
-        groups.setdefault((system, sample), []).append(early[system, sample, candidate])
-    return [late[(*key, _chosen(rows, metric))] for key, rows in groups.items()]
+    for system, sample, candidate in sorted(index):
+        groups.setdefault((system, sample), []).append(index[system, sample, candidate])
+    return [*groups.values()]

@@ -11,7 +11,16 @@ import sys
 from collections.abc import Callable, Sequence
 
 import mpmworlds
-from mpmworlds.cli import corpus, doctor, inspect, materialise, propose, release, scenes
+from mpmworlds.cli import (
+    corpus,
+    doctor,
+    evaluate,
+    inspect,
+    materialise,
+    propose,
+    release,
+    scenes,
+)
 from mpmworlds.cli.common import DONE, WRONG_USE, say
 
 INTERRUPTED = 130
@@ -28,7 +37,8 @@ VERBS = (
     inspect.add_stats,
     inspect.add_audit,
     release.add_verify,
-    release.add_evaluate,
+    evaluate.add_evaluate,
+    evaluate.add_submission,
     doctor.add_doctor,
 )
 

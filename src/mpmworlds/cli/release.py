@@ -1,4 +1,4 @@
-"""Verbs about a release: verify, evaluate."""
+"""The verb about a release: verify."""
 
 import argparse
 import json
@@ -39,46 +39,3 @@ def verify(options: argparse.Namespace) -> int:
     else:
         print("\n".join(findings) or f"{options.release}: intact")
     return DOES_NOT_HOLD if findings else DONE
-
-
-def add_evaluate(verbs: Any) -> None:
-    """Add the verb `evaluate`."""
-    parser = new_verb(
-        verbs,
-        evaluate,
-        "evaluate a predictor on a split of a release",
-        "mpmworlds evaluate --predictor copy_last --release release/mpmworlds",
-    )
-    parser.add_argument("--release", type=Path, default=Path("release/mpmworlds"))
-    parser.add_argument("--config", default="tiny", help="configuration (default tiny)")
-    parser.add_argument("--predictor", required=True, help="name of a predictor")
-    parser.add_argument("--split", default="test", help="split (default test)")
-    parser.add_argument(
-        "--regime",
-        default="frames_only",
-        help="what it is told of the scenes: frames_only (default), full_config, "
-        "no_materials, no_positions or caption",
-    )
-    parser.add_argument("--out", type=Path, help="default: work/results/PREDICTOR")
-    parser.add_argument("--limit", type=int, help="evaluate only so many samples")
-    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
-
-
-def evaluate(options: argparse.Namespace) -> int:
-    """Score a predictor and print the table."""
-    from mpmworlds.baselines.evaluate import evaluate as run_evaluation
-    from mpmworlds.baselines.summary import summary_table
-
-    out = options.out or Path("work/results") / options.predictor
-    path = run_evaluation(
-        options.release,
-        options.predictor,
-        options.split,
-        out,
-        options.config,
-        options.limit,
-        regime=options.regime,
-    )
-    summary = json.loads(path.read_text("utf-8"))
-    print(json.dumps(summary) if options.json else summary_table(summary))
-    return DONE
