@@ -1,10 +1,13 @@
 """Summaries and their table."""
 
 import json
+from dataclasses import asdict, replace
 
+import jsonschema
 import pytest
 
 from mpmworlds.baselines.results import Result
+from mpmworlds.baselines.schemas import SCHEMAS
 from mpmworlds.baselines.slices import parts
 from mpmworlds.baselines.summary import summarise_results, summary_table
 from mpmworlds.metrics import SCORED
@@ -111,3 +114,44 @@ def test_slices_add_up_to_the_whole(provenance):
 def test_unknown_material_is_an_error():
     with pytest.raises(ValueError, match="p0001: material 'jelly', must be one of"):
         parts([result(1, 0.5, ["jelly"])])
+
+
+@pytest.mark.parametrize("results", [RESULTS, []], ids=["some", "none"])
+def test_files_are_what_their_schemas_say(provenance, results):
+    summary = json.loads(json.dumps(summarise_results(provenance, results, 5)))
+    jsonschema.validate(summary, SCHEMAS["summary"]())
+    assert summary["expected"] == 5
+    for row in results:
+        line = json.loads(json.dumps(asdict(row) | asdict(provenance)))
+        jsonschema.validate(line, SCHEMAS["results"]())
+        with pytest.raises(jsonschema.ValidationError, match="motto"):
+            jsonschema.validate(line | {"motto": ""}, SCHEMAS["results"]())
+
+
+def test_choices_are_told_where_all_candidates_were_run(provenance):
+    several = [
+        replace(
+            result(1, value),
+            candidate=k,
+            candidates=3,
+            prefix=dict.fromkeys(SCORED, 0.0) | {"mask_iou": 1 - value},
+        )
+        for k, value in enumerate([0.25, 0.75, 0.5])
+    ]
+    summary = summarise_results(provenance, several)
+    choices = {
+        name: table["mask_iou"]["valid"]["mean"]
+        for name, table in summary["choices"].items()
+    }
+    assert choices == {"random": 0.5, "oracle": 0.75}
+    assert summary["continuation"]["mask_iou"]["valid"]["mean"] == 0.25
+    stopped = replace(several[2], outcome="passed_over", continuation=None)
+    assert "choices" not in summarise_results(provenance, [*several[:2], stopped])
+
+
+def test_parts_of_the_continuation_are_means_of_curves(provenance):
+    curves = {name: [0.0, 0.0, 0.5, 0.5, 1.0, 1.0] for name in SCORED}
+    summary = summarise_results(provenance, [replace(result(1, 0.5), curves=curves)])
+    parts_of = summary["slices"]["horizon"]
+    means = [part["mse"]["valid"]["mean"] for part in parts_of.values()]
+    assert (list(parts_of), means) == (["1/3", "2/3", "3/3"], [0.0, 0.5, 1.0])

@@ -12,18 +12,29 @@ from mpmworlds.sim.run.compilers import MODULES
 
 def add_schema(verbs: Any) -> None:
     """Add the verb `schema`."""
-    new_verb(
+    parser = new_verb(
         verbs,
         schema,
-        "print the JSON Schema of a scene, for editors and other tools",
+        "print the JSON Schema of a scene, or of what an evaluation writes",
         "mpmworlds schema > scene.schema.json",
+    )
+    parser.add_argument(
+        "of",
+        nargs="?",
+        default="scene",
+        choices=["scene", "results", "summary"],
+        help="a scene file (default), a line of results.jsonl, or a summary.json",
     )
 
 
 def schema(options: argparse.Namespace) -> int:
-    """Print the JSON Schema of a scene."""
-    from mpmworlds.sim.scene.scene import json_schema
+    """Print a JSON Schema."""
+    if options.of == "scene":
+        from mpmworlds.sim.scene.scene import json_schema
+    else:
+        from mpmworlds.baselines.schemas import SCHEMAS
 
+        json_schema = SCHEMAS[options.of]
     print(json.dumps(json_schema(), indent=2))
     return DONE
 
