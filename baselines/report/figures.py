@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from mpmworlds.baselines.report.board import Board
+from mpmworlds.baselines.report.look import Look, looks
 from mpmworlds.baselines.report.numbers import Entry
 from mpmworlds.baselines.report.series import (
     AVERAGE,
@@ -22,8 +23,6 @@ from mpmworlds.baselines.report.series import (
     sensitivity,
 )
 from mpmworlds.baselines.report.tables import heading
-from mpmworlds.baselines.system import System
-from mpmworlds.loaders.regimes import REGIMES
 from mpmworlds.metrics import METRICS, SCORED
 from mpmworlds.metrics.reduction import PREFIX_SECONDS
 
@@ -32,12 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GREY: Final = "#404040"
-# Of Okabe and Ito's palette, which colour-blind people tell apart.
-COLOURS: Final = (
-    *("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"),
-)
-DASHES: Final[tuple[Any, ...]] = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))
-MARKS: Final = ("o", "s", "^", "D", "v")
 FORMATS: Final = MappingProxyType(  # what keeps a date out of each
     {
         "png": {"Software": None},
@@ -125,22 +118,6 @@ def render(draw: Draw) -> dict[str, bytes]:
     return data
 
 
-def _look(systems: Sequence[System]) -> dict[str, dict[str, Any]]:
-    """Colour of each name, and dash and mark of each regime, by label."""
-    names = sorted({system.name for system in systems})
-    regimes = list(REGIMES)
-    looks = {}
-    for system in systems:
-        regime = system.provenance.regime
-        place = regimes.index(regime) if regime in regimes else len(regimes)
-        looks[system.label] = {
-            "color": COLOURS[names.index(system.name) % len(COLOURS)],
-            "linestyle": DASHES[place % len(DASHES)],
-            "marker": MARKS[place % len(MARKS)],
-        }
-    return looks
-
-
 def _heat(figure: "Figure", found: Sequence[Entry], scores: dict[str, float]) -> None:
     labels = sorted(scores, key=lambda label: (-scores[label], label))
     columns = [*METRICS.values()]
@@ -177,15 +154,15 @@ def _share(means: Any, labels: Sequence[str], label: str, metric: Any) -> float:
 def _single(figure: "Figure", some: Sequence[Line]) -> None:
     figure.set_size_inches(8.0, 3.6)
     axes = figure.add_subplot()
-    looks = _look([line.system for line in some])
+    look = looks([line.system for line in some])
     for line in some:
-        look = looks[line.system.label]
-        _plot(axes, line, look, label=f"{line.system.label} (n = {line.n})")
+        mine = look[line.system.label]
+        _plot(axes, line, mine, label=f"{line.system.label} (n = {line.n})")
         axes.fill_between(
             line.seconds,
             line.mean - line.sem,
             line.mean + line.sem,
-            color=look["color"],
+            color=mine.colour,
             alpha=0.15,
             linewidth=0,
         )
@@ -198,13 +175,13 @@ def _single(figure: "Figure", some: Sequence[Line]) -> None:
 
 def _panels(figure: "Figure", curves: Sequence[Line]) -> None:
     figure.set_size_inches(10.5, 7.5)
-    looks = _look([line.system for line in curves])
+    look = looks([line.system for line in curves])
     grid = figure.subplots(3, 3, sharex=True)
     for axes, metric in zip(grid.flat, SCORED.values(), strict=True):
         for line in curves:
             if line.metric == metric.name:
                 label = line.system.label if metric.column == 0 else None
-                _plot(axes, line, looks[line.system.label], label=label)
+                _plot(axes, line, look[line.system.label], label=label)
         axes.set_title(heading(metric))
         axes.set_ylim(bottom=0)
     for axes in grid[-1]:
@@ -212,12 +189,12 @@ def _panels(figure: "Figure", curves: Sequence[Line]) -> None:
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
 
 
-def _plot(axes: "Axes", line: Line, look: dict[str, Any], label: str | None) -> None:
+def _plot(axes: "Axes", line: Line, look: Look, label: str | None) -> None:
     axes.plot(
         line.seconds,
         line.mean,
-        color=look["color"],
-        linestyle=look["linestyle"],
+        color=look.colour,
+        linestyle=(0, look.dash) if look.dash else "-",
         label=label,
     )
 
@@ -229,14 +206,14 @@ def _time(axes: "Axes") -> None:
 
 def _families(figure: "Figure", points: Sequence[Point]) -> None:
     """Dots with error bars: a panel for each metric, a row for each family."""
-    looks = _look([point.system for point in points])
+    seen = looks([point.system for point in points])
     families = sorted({point.family for point in points})
     metrics = [m for m in (*METRICS, AVERAGE) if any(p.metric == m for p in points)]
-    figure.set_size_inches(10.5, 1.8 + 2 * (0.5 + 0.13 * len(families) * len(looks)))
+    figure.set_size_inches(10.5, 1.8 + 2 * (0.5 + 0.13 * len(families) * len(seen)))
     grid = figure.subplots(2, 4, sharey=True)
     for axes, metric in zip(grid.flat, metrics, strict=False):
-        for place, (label, look) in enumerate(looks.items()):
-            shift = (place - (len(looks) - 1) / 2) * 0.8 / len(looks)
+        for place, (label, look) in enumerate(seen.items()):
+            shift = (place - (len(seen) - 1) / 2) * 0.8 / len(seen)
             mine = [
                 point
                 for point in points
@@ -248,8 +225,8 @@ def _families(figure: "Figure", points: Sequence[Point]) -> None:
                 [point.value.mean or 0.0 for point in mine],
                 [families.index(point.family) + shift for point in mine],
                 xerr=[point.value.sem or 0.0 for point in mine],
-                fmt=look["marker"],
-                color=look["color"],
+                fmt=look.mark,
+                color=look.colour,
                 markersize=4,
                 elinewidth=1,
                 label=label if metric == metrics[0] else None,

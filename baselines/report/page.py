@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from mpmworlds.baselines.report.board import Board
 from mpmworlds.baselines.report.clips import CLIPS, SampleClips
+from mpmworlds.baselines.report.look import looks
 from mpmworlds.baselines.report.rank import Ranking
 from mpmworlds.baselines.report.table import Table
 from mpmworlds.files.atomic import write_atomically
@@ -90,15 +91,17 @@ def _script(function: str, data: Any) -> bytes:
 
 def _section(key: str, section: Section) -> dict[str, Any]:
     board = section.board
+    look = looks(board.systems)
+    with_clips = set().union(*(clip.predictions for clip in section.clips.values()))
     return {
         "key": key,
         "name": board.name,
         "systems": [
             {
                 "label": system.label,
-                "name": system.name,
-                "regime": system.provenance.regime,
-                "answers": system.provenance.knows_answers,
+                "colour": look[system.label].colour,
+                "dash": look[system.label].dash,
+                "clips": system.label in with_clips,
             }
             for system in board.systems
         ],

@@ -61,6 +61,20 @@ class Table:
     """What one must know to read it."""
 
 
+def plain(table: Table) -> str:
+    """Write a table for a terminal."""
+    rows = [table.columns, *(row for group in table.groups for row in group.rows)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [table.title]
+    for row in rows if len(rows) > 1 else ():
+        cells = [
+            cell.ljust(width) if column < table.texts else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join([*lines, *table.notes]) + "\n"
+
+
 def markdown(table: Table) -> str:
     """Write a table as GitHub Markdown."""
     lines = [f"**{_md(table.title)}**", ""]

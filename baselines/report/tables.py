@@ -83,18 +83,18 @@ def by_metric(board: Board, found: Sequence[Entry]) -> list[Table]:
 
 def ranking_table(board: Board, ranking: Ranking, found: Sequence[Entry]) -> Table:
     """The ranking with its intervals; one note, and no row, where there is none."""
-    first = {e.system.label: e for e in reversed(found)}
     rows = []
     for place in ranking.places:
-        mine = [e for e in found if e.system.label == place.system.label]
-        score = place.score
+        mine = [entry for entry in found if entry.system is place.system]
+        score, who = place.score, _who(place.system, mine)
         rows.append(
             (
                 str(place.rank) if place.rank else NONE,
-                *_who(first[place.system.label].system, mine),
+                *who[:2],
                 number(score.mean),
                 bounds(score),
                 str(score.n),
+                *who[2:],
             )
         )
     reading = (
@@ -106,9 +106,12 @@ def ranking_table(board: Board, ranking: Ranking, found: Sequence[Entry]) -> Tab
     return Table(
         name=f"{_name(board)}-ranking",
         title=f"{board.name}, ranking by anchored score",
-        columns=("rank", *SYSTEM_COLUMNS, "score", "95 %", "n"),
+        columns=(
+            *("rank", *SYSTEM_COLUMNS[:2], "score", "95 %", "n"),
+            *SYSTEM_COLUMNS[2:],
+        ),
         groups=(Group("", tuple(rows)),),
-        texts=1 + len(SYSTEM_COLUMNS),
+        texts=3,
         notes=(ranking.missing or reading,),
     )
 

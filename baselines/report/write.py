@@ -19,6 +19,7 @@ from mpmworlds.baselines.report.table import (
     csv_text,
     latex,
     markdown,
+    plain,
 )
 from mpmworlds.baselines.report.tables import (
     NUMBERS_HEADER,
@@ -106,7 +107,7 @@ def write_report(
     text = json.dumps(whole, indent=2, allow_nan=False) + "\n"
     write_atomically(out / "report.json", text.encode())
     write_page(out, sections, others, notes)
-    shown = [markdown(section.tables[0]) for section in sections]
+    shown = [plain(section.tables[0]) for section in sections]
     return Written(whole, "\n".join([*shown, f"{out / 'index.html'}: written\n"]))
 
 

@@ -1,6 +1,7 @@
 // Tables, ranking and figures. `data.js` calls onReport once everything is here.
 "use strict";
 
+const DENSE = 10; // columns from which a table is set small
 const page = { report: null, section: null };
 
 function element(tag, properties, ...children) {
@@ -76,7 +77,8 @@ function groupBody(told, group) {
 
 function renderTable(told) {
   const head = element("tr", {}, ...told.columns.map((_, k) => headerCell(told, k)));
-  const table = element("table", {},
+  const dense = told.columns.length > DENSE ? "dense" : "";
+  const table = element("table", { className: dense },
     element("caption", {}, told.title),
     element("thead", {}, head),
     ...told.groups.map((group) => groupBody(told, group)));

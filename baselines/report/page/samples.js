@@ -1,17 +1,23 @@
 // The sample browser: clips in sync, and curves with a cursor.
 "use strict";
 
-const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8a8a8a"];
-const VIEW = { width: 960, height: 260, left: 48, right: 10, top: 10, bottom: 28 };
+const VIEW = { width: 960, height: 240, left: 40, right: 14, top: 10, bottom: 26 };
 const DRIFT = 0.08; // seconds that a clip may be off before it is moved
 const SHOWN_AT_FIRST = 3; // systems
 
 // What is shown: sample, frame, and while it plays, when frame 0 would have been.
 const state = { sample: null, frame: 0, started: null, shown: new Set() };
 
-function colourOf(label) {
-  const place = page.section.systems.findIndex((system) => system.label === label);
-  return COLOURS[place % COLOURS.length];
+// How the curve of a system is drawn, as in the figures.
+function strokeOf(label) {
+  const { colour, dash } = page.section.systems.find((system) => system.label === label);
+  return { stroke: colour, "stroke-dasharray": dash.map((length) => 1.8 * length).join(" ") };
+}
+
+function swatch(label) {
+  const picture = drawing("svg", { class: "swatch", viewBox: "0 0 24 6" });
+  picture.append(drawing("path", { d: "M0 3H24", "stroke-width": 2.5, ...strokeOf(label) }));
+  return picture;
 }
 
 function frameCount() {
@@ -27,16 +33,16 @@ function videos() {
 function showSamples(section) {
   stop();
   const { systems, samples } = section;
-  state.shown = new Set(systems.slice(0, SHOWN_AT_FIRST).map((system) => system.label));
+  const playing = systems.filter((system) => system.clips);
+  const first = (playing.length ? playing : systems).slice(0, SHOWN_AT_FIRST);
+  state.shown = new Set(first.map((system) => system.label));
   const boxes = systems.map(({ label }) => {
     const box = element("input", { type: "checkbox", checked: state.shown.has(label) });
     box.addEventListener("change", () => {
       state.shown[box.checked ? "add" : "delete"](label);
       renderSample();
     });
-    const swatch = element("span", { className: "swatch" });
-    swatch.style.background = colourOf(label);
-    return element("label", {}, box, " ", swatch, label);
+    return element("label", {}, box, " ", swatch(label), label);
   });
   fill("choose-systems", element("legend", {}, "systems"), ...boxes);
   fill("choose-sample", ...samples.map((id) => element("option", { value: id }, id)));
@@ -195,6 +201,7 @@ function drawing(tag, attributes, text) {
 }
 
 function drawCurves() {
+  VIEW.width = Math.max(280, document.getElementById("curve").clientWidth);
   const metric = document.getElementById("choose-metric").value;
   const frames = frameCount();
   const curves = shownSystems().filter((system) => system.curves[metric]);
@@ -203,7 +210,7 @@ function drawCurves() {
   const bottom = VIEW.height - VIEW.bottom;
   const up = (value) => bottom - ((bottom - VIEW.top) * value) / top;
   const picture = drawing("svg", {
-    viewBox: `0 0 ${VIEW.width} ${VIEW.height}`, role: "img",
+    width: VIEW.width, height: VIEW.height, role: "img",
     "aria-label": `${metric} of the shown systems over time`,
   });
   for (const share of [0, 0.5, 1]) {
@@ -221,7 +228,7 @@ function drawCurves() {
     const curve = system.curves[metric];
     const late = frames - curve.length; // the last value belongs to the last frame
     const points = curve.map((value, k) => `${across(k + late).toFixed(1)},${up(value).toFixed(1)}`);
-    const line = drawing("polyline", { points: points.join(" "), stroke: colourOf(system.label) });
+    const line = drawing("polyline", { points: points.join(" "), ...strokeOf(system.label) });
     line.append(drawing("title", {}, system.label));
     picture.append(line);
   }
@@ -242,6 +249,11 @@ function step(by) {
   loadSample(samples[(place + by + samples.length) % samples.length], 0);
 }
 
+window.addEventListener("resize", () => {
+  if (state.sample === null) return;
+  drawCurves();
+  showFrame();
+});
 document.getElementById("before").addEventListener("click", () => step(-1));
 document.getElementById("after").addEventListener("click", () => step(1));
 document.getElementById("choose-sample").addEventListener("change", (event) =>
