@@ -4,7 +4,7 @@ matplotlib is an extra: without it there are no figures, and the report says so.
 """
 
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -57,6 +57,7 @@ Draw = Callable[["Figure"], None]
 def drawn(board: Board, found: Sequence[Entry]) -> Iterator[tuple[str, str, Draw]]:
     """Name, caption and drawing of every figure that there are numbers for."""
     scores = normalised(board, found)
+    look = looks(board.systems)
     if scores:
         caption = (
             "Means over valid samples; the last column is the normalised score, the "
@@ -74,24 +75,24 @@ def drawn(board: Board, found: Sequence[Entry]) -> Iterator[tuple[str, str, Draw
     ):
         chosen = [line for line in curves if line.metric == metric]
         if chosen:
-            yield name, caption, partial(_single, some=chosen)
+            yield name, caption, partial(_single, some=chosen, look=look)
     if curves:
         caption = "Every metric over time: means of the valid samples."
-        yield "curves", caption, partial(_panels, curves=curves)
+        yield "curves", caption, partial(_panels, curves=curves, look=look)
     points = by_family(board)
     if points:
         caption = (
             "By family of the materials in a sample: mean of the valid samples ± "
             "standard error; a sample with several families is in each."
         )
-        yield "families", caption, partial(_families, points=points)
+        yield "families", caption, partial(_families, points=points, look=look)
     changes = sensitivity(board)
     if changes:
         caption = (
             "What not being told the materials changes, by family: no_materials "
             "against full_config on the same samples, up is good in every panel."
         )
-        yield "sensitivity", caption, partial(_families, points=changes)
+        yield "sensitivity", caption, partial(_families, points=changes, look=look)
 
 
 def render(draw: Draw) -> dict[str, bytes]:
@@ -151,10 +152,9 @@ def _share(means: Any, labels: Sequence[str], label: str, metric: Any) -> float:
     return float(share if metric.direction == "up" else 1 - share)
 
 
-def _single(figure: "Figure", some: Sequence[Line]) -> None:
+def _single(figure: "Figure", some: Sequence[Line], look: Mapping[str, Look]) -> None:
     figure.set_size_inches(8.0, 3.6)
     axes = figure.add_subplot()
-    look = looks([line.system for line in some])
     for line in some:
         mine = look[line.system.label]
         _plot(axes, line, mine, label=f"{line.system.label} (n = {line.n})")
@@ -173,9 +173,8 @@ def _single(figure: "Figure", some: Sequence[Line]) -> None:
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
 
 
-def _panels(figure: "Figure", curves: Sequence[Line]) -> None:
+def _panels(figure: "Figure", curves: Sequence[Line], look: Mapping[str, Look]) -> None:
     figure.set_size_inches(10.5, 7.5)
-    look = looks([line.system for line in curves])
     grid = figure.subplots(3, 3, sharex=True)
     for axes, metric in zip(grid.flat, SCORED.values(), strict=True):
         for line in curves:
@@ -204,17 +203,20 @@ def _time(axes: "Axes") -> None:
     axes.set_xlim(left=PREFIX_SECONDS)
 
 
-def _families(figure: "Figure", points: Sequence[Point]) -> None:
+def _families(
+    figure: "Figure", points: Sequence[Point], look: Mapping[str, Look]
+) -> None:
     """Dots with error bars: a panel for each metric, a row for each family."""
-    seen = looks([point.system for point in points])
+    shown = {point.system.label for point in points}
+    seen = {label: mine for label, mine in look.items() if label in shown}
     families = sorted({point.family for point in points})
     metrics = [m for m in (*METRICS, AVERAGE) if any(p.metric == m for p in points)]
-    figure.set_size_inches(10.5, 1.8 + 2 * (0.5 + 0.13 * len(families) * len(seen)))
+    figure.set_size_inches(10.5, 1.8 + 2 * (0.5 + 0.09 * len(families) * len(seen)))
     grid = figure.subplots(2, 4, sharey=True)
     for axes, metric in zip(grid.flat, metrics, strict=False):
-        for place, (label, look) in enumerate(seen.items()):
+        for place, (label, mine) in enumerate(seen.items()):
             shift = (place - (len(seen) - 1) / 2) * 0.8 / len(seen)
-            mine = [
+            dots = [
                 point
                 for point in points
                 if point.metric == metric
@@ -222,22 +224,31 @@ def _families(figure: "Figure", points: Sequence[Point]) -> None:
                 and point.value.mean is not None
             ]
             axes.errorbar(
-                [point.value.mean or 0.0 for point in mine],
-                [families.index(point.family) + shift for point in mine],
-                xerr=[point.value.sem or 0.0 for point in mine],
-                fmt=look.mark,
-                color=look.colour,
+                [point.value.mean or 0.0 for point in dots],
+                [families.index(point.family) + shift for point in dots],
+                xerr=[point.value.sem or 0.0 for point in dots],
+                fmt=mine.mark,
+                color=mine.colour,
                 markersize=4,
                 elinewidth=1,
                 label=label if metric == metrics[0] else None,
             )
-        axes.set_title(heading(METRICS[metric]) if metric in METRICS else metric)
+        axes.set_title(_title(metric, changes=AVERAGE in metrics))
         axes.set_yticks(range(len(families)), families)
         axes.set_ylim(len(families) - 0.5, -0.5)
         axes.grid(axis="x", color="#E0E0E0")
         axes.set_axisbelow(True)
-        if any((point.value.mean or 0.0) < 0 for point in points):
+        for between in range(1, len(families)):
+            axes.axhline(between - 0.5, color="#E0E0E0", linewidth=0.8)
+        if AVERAGE in metrics:
             axes.axvline(0, color=GREY, linewidth=0.8)
     for axes in list(grid.flat)[len(metrics) :]:
         axes.set_visible(False)
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
+
+
+def _title(metric: str, *, changes: bool) -> str:
+    """Of a panel; of changes up is good, whatever the direction of the metric."""
+    if metric not in METRICS:
+        return metric
+    return METRICS[metric].paper_name if changes else heading(METRICS[metric])
