@@ -23,7 +23,8 @@ from mpmworlds.sim.scene.scale import rescale
 
 VERBS = (
     *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
-    *("propose", "stats", "audit", "verify", "evaluate", "submission", "doctor"),
+    *("propose", "stats", "audit", "verify", "evaluate", "submission"),
+    *("report", "gate", "doctor"),
 )
 
 
@@ -136,6 +137,8 @@ def test_bad_scene_names_file_object_field_value_and_rule(
         ["build", "--manifest", "absent", "--out", "r"],
         ["verify", "absent"],
         ["evaluate", "--predictor", "black", "--release", "absent"],
+        ["report", "absent", "--out", "report"],
+        ["gate", "--fit", "absent", "absent", "--out", "gate"],
     ],
     ids=" ".join,
 )

@@ -62,6 +62,8 @@ def package_files():
             "*.py",
             "seeds/*.yaml",
             "wording/*.yaml",
+            "report/paper.yaml",
+            "report/page/*",
             "recorded/*.parquet",
             "recorded/*/*",
         )

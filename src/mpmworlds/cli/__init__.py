@@ -19,6 +19,7 @@ from mpmworlds.cli import (
     materialise,
     propose,
     release,
+    report,
     scenes,
 )
 from mpmworlds.cli.common import DONE, WRONG_USE, say
@@ -39,6 +40,8 @@ VERBS = (
     release.add_verify,
     evaluate.add_evaluate,
     evaluate.add_submission,
+    report.add_report,
+    report.add_gate,
     doctor.add_doctor,
 )
 

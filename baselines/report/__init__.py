@@ -1,0 +1,1 @@
+"""Results -> what is published of them: tables, ranking, figures, a page."""

@@ -1,0 +1,254 @@
+"""The figures of a board, in the paper's forms; the same bytes for the same numbers.
+
+matplotlib is an extra: without it there are no figures, and the report says so.
+"""
+
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+from mpmworlds.baselines.report.board import Board
+from mpmworlds.baselines.report.look import Look, looks
+from mpmworlds.baselines.report.numbers import Entry
+from mpmworlds.baselines.report.series import (
+    AVERAGE,
+    COLLAPSED,
+    Line,
+    Point,
+    by_family,
+    lines,
+    normalised,
+    sensitivity,
+)
+from mpmworlds.baselines.report.tables import heading
+from mpmworlds.metrics import METRICS, SCORED
+from mpmworlds.metrics.reduction import PREFIX_SECONDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+GREY: Final = "#404040"
+FORMATS: Final = MappingProxyType(  # what keeps a date out of each
+    {
+        "png": {"Software": None},
+        "svg": {"Date": None, "Creator": "mpmworlds"},
+    }
+)
+STYLE: Final[Any] = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib, so it is the same anywhere
+    "font.size": 9.0,
+    "axes.edgecolor": GREY,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "svg.hashsalt": "mpmworlds",
+}
+MISSING: Final = (
+    "no figures, since matplotlib is missing: pip install 'mpmworlds[plots]'"
+)
+
+Draw = Callable[["Figure"], None]
+
+
+def drawn(board: Board, found: Sequence[Entry]) -> Iterator[tuple[str, str, Draw]]:
+    """Name, caption and drawing of every figure that there are numbers for."""
+    scores = normalised(board, found)
+    look = looks(board.systems)
+    if scores:
+        caption = (
+            "Means over valid samples; the last column is the normalised score, the "
+            "mean of the seven metrics min-max scaled over the rows shown, up is good."
+        )
+        yield "heat", caption, partial(_heat, found=found, scores=scores)
+    curves = lines(board)
+    for name, metric, caption in (
+        (
+            "wmae",
+            "wmae",
+            "W-MAE over time: mean of valid samples ± standard error.",
+        ),
+        ("collapsed", COLLAPSED, "Share of valid samples with s(t) > 0.5 so far."),
+    ):
+        chosen = [line for line in curves if line.metric == metric]
+        if chosen:
+            yield name, caption, partial(_single, some=chosen, look=look)
+    if curves:
+        caption = "Every metric over time: means of the valid samples."
+        yield "curves", caption, partial(_panels, curves=curves, look=look)
+    points = by_family(board)
+    if points:
+        caption = (
+            "By family of the materials in a sample: mean of the valid samples ± "
+            "standard error; a sample with several families is in each."
+        )
+        yield "families", caption, partial(_families, points=points, look=look)
+    changes = sensitivity(board)
+    if changes:
+        caption = (
+            "What not being told the materials changes, by family: no_materials "
+            "against full_config on the same samples, up is good in every panel."
+        )
+        yield "sensitivity", caption, partial(_families, points=changes, look=look)
+
+
+def render(draw: Draw) -> dict[str, bytes]:
+    """Draw a figure in each of `FORMATS`.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If matplotlib is not installed.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    data = {}
+    with mpl.rc_context():  # whatever style the caller has chosen
+        mpl.rcdefaults()
+        mpl.rcParams.update(STYLE)
+        for form, metadata in FORMATS.items():
+            figure = Figure(dpi=120, layout="constrained")
+            draw(figure)
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=form, metadata=metadata)
+            data[form] = buffer.getvalue()
+    return data
+
+
+def _heat(figure: "Figure", found: Sequence[Entry], scores: dict[str, float]) -> None:
+    labels = sorted(scores, key=lambda label: (-scores[label], label))
+    columns = [*METRICS.values()]
+    means = {(e.system.label, e.metric.name): e.raw.valid.mean for e in found}
+    figure.set_size_inches(9.5, 1.6 + 0.34 * len(labels))
+    axes = figure.add_subplot()
+    cells = [
+        [*(_share(means, labels, label, m) for m in columns), scores[label]]
+        for label in labels
+    ]
+    axes.imshow(cells, cmap="YlGnBu", vmin=0, vmax=1, aspect="auto")
+    for row, label in enumerate(labels):
+        values = [*(means[label, m.name] or 0.0 for m in columns), scores[label]]
+        for column, value in enumerate(values):
+            colour = "white" if cells[row][column] > 0.6 else "black"
+            axes.text(
+                column, row, f"{value:.3f}", ha="center", va="center", color=colour
+            )
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_xticks(range(len(columns) + 1), [*map(heading, columns), "normalised ↑"])
+    axes.axvline(len(columns) - 0.5, color="white", linewidth=4)
+    axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
+    axes.spines[:].set_visible(False)
+
+
+def _share(means: Any, labels: Sequence[str], label: str, metric: Any) -> float:
+    """How good a mean is among those shown: 0 the worst, 1 the best."""
+    column = [means[other, metric.name] for other in labels]
+    low, high = min(column), max(column)
+    share = (means[label, metric.name] - low) / (high - low) if high > low else 0.5
+    return float(share if metric.direction == "up" else 1 - share)
+
+
+def _single(figure: "Figure", some: Sequence[Line], look: Mapping[str, Look]) -> None:
+    figure.set_size_inches(8.0, 3.6)
+    axes = figure.add_subplot()
+    for line in some:
+        mine = look[line.system.label]
+        _plot(axes, line, mine, label=f"{line.system.label} (n = {line.n})")
+        axes.fill_between(
+            line.seconds,
+            line.mean - line.sem,
+            line.mean + line.sem,
+            color=mine.colour,
+            alpha=0.15,
+            linewidth=0,
+        )
+    _time(axes)
+    metric = some[0].metric
+    axes.set_ylabel(heading(SCORED[metric]) if metric in SCORED else metric)
+    axes.set_ylim(bottom=0)
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+
+
+def _panels(figure: "Figure", curves: Sequence[Line], look: Mapping[str, Look]) -> None:
+    figure.set_size_inches(10.5, 7.5)
+    grid = figure.subplots(3, 3, sharex=True)
+    for axes, metric in zip(grid.flat, SCORED.values(), strict=True):
+        for line in curves:
+            if line.metric == metric.name:
+                label = line.system.label if metric.column == 0 else None
+                _plot(axes, line, look[line.system.label], label=label)
+        axes.set_title(heading(metric))
+        axes.set_ylim(bottom=0)
+    for axes in grid[-1]:
+        _time(axes)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+
+
+def _plot(axes: "Axes", line: Line, look: Look, label: str | None) -> None:
+    axes.plot(
+        line.seconds,
+        line.mean,
+        color=look.colour,
+        linestyle=(0, look.dash) if look.dash else "-",
+        label=label,
+    )
+
+
+def _time(axes: "Axes") -> None:
+    axes.set_xlabel("time in the video [s]")
+    axes.set_xlim(left=PREFIX_SECONDS)
+
+
+def _families(
+    figure: "Figure", points: Sequence[Point], look: Mapping[str, Look]
+) -> None:
+    """Dots with error bars: a panel for each metric, a row for each family."""
+    shown = {point.system.label for point in points}
+    seen = {label: mine for label, mine in look.items() if label in shown}
+    families = sorted({point.family for point in points})
+    metrics = [m for m in (*METRICS, AVERAGE) if any(p.metric == m for p in points)]
+    figure.set_size_inches(10.5, 1.8 + 2 * (0.5 + 0.09 * len(families) * len(seen)))
+    grid = figure.subplots(2, 4, sharey=True)
+    for axes, metric in zip(grid.flat, metrics, strict=False):
+        for place, (label, mine) in enumerate(seen.items()):
+            shift = (place - (len(seen) - 1) / 2) * 0.8 / len(seen)
+            dots = [
+                point
+                for point in points
+                if point.metric == metric
+                and point.system.label == label
+                and point.value.mean is not None
+            ]
+            axes.errorbar(
+                [point.value.mean or 0.0 for point in dots],
+                [families.index(point.family) + shift for point in dots],
+                xerr=[point.value.sem or 0.0 for point in dots],
+                fmt=mine.mark,
+                color=mine.colour,
+                markersize=4,
+                elinewidth=1,
+                label=label if metric == metrics[0] else None,
+            )
+        axes.set_title(_title(metric, changes=AVERAGE in metrics))
+        axes.set_yticks(range(len(families)), families)
+        axes.set_ylim(len(families) - 0.5, -0.5)
+        axes.grid(axis="x", color="#E0E0E0")
+        axes.set_axisbelow(True)
+        for between in range(1, len(families)):
+            axes.axhline(between - 0.5, color="#E0E0E0", linewidth=0.8)
+        if AVERAGE in metrics:
+            axes.axvline(0, color=GREY, linewidth=0.8)
+    for axes in list(grid.flat)[len(metrics) :]:
+        axes.set_visible(False)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+
+
+def _title(metric: str, *, changes: bool) -> str:
+    """Of a panel; of changes up is good, whatever the direction of the metric."""
+    if metric not in METRICS:
+        return metric
+    return METRICS[metric].paper_name if changes else heading(METRICS[metric])

@@ -1,0 +1,224 @@
+"""Results -> a folder with the whole report."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Final
+
+from mpmworlds.baselines.report.board import Board, boards, read_systems
+from mpmworlds.baselines.report.clips import CLIPS, write_clips
+from mpmworlds.baselines.report.figures import MISSING, drawn, render
+from mpmworlds.baselines.report.numbers import Entry, entries
+from mpmworlds.baselines.report.page import Section, write_page
+from mpmworlds.baselines.report.paper import paper
+from mpmworlds.baselines.report.rank import Ranking, rank
+from mpmworlds.baselines.report.table import (
+    Table,
+    csv_text,
+    latex,
+    markdown,
+    plain,
+)
+from mpmworlds.baselines.report.tables import (
+    NUMBERS_HEADER,
+    by_metric,
+    numbers_rows,
+    overview,
+    ranking_table,
+    statements_table,
+)
+from mpmworlds.baselines.system import SUMMARY, ComparisonError, System
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.loaders.load import Examples, load
+
+SCHEMA: Final = "mpmworlds-report/1"
+PREAMBLE: Final = "% Needs \\usepackage{booktabs,graphicx,textcomp}.\n"
+
+
+@dataclass(frozen=True)
+class Written:
+    """A report that has been written."""
+
+    data: dict[str, Any]
+    """Its numbers, which lie in `report.json`."""
+    text: str
+    """What a terminal shows of it."""
+
+
+def write_report(
+    results: Sequence[str],
+    out: Path,
+    release: Path | None = None,
+    *,
+    common: bool = False,
+) -> Written:
+    """Compare results, and write tables, ranking, figures and a page.
+
+    Parameters
+    ----------
+    results
+        Folders of evaluations, `FOLDER` or `NAME=FOLDER`.
+    out
+        Folder to write to: `index.html`, `report.md`, `report.tex`, `numbers.csv`,
+        `report.json`, `figures/`.
+    release
+        Folder of the release that the results are of: tells how many samples there
+        are, and gives the references of the page.
+    common
+        Compare over the samples that all systems of a split have.
+
+    Returns
+    -------
+    Written
+        A function of the results alone: no times, no paths.
+
+    Raises
+    ------
+    ValueError
+        If the results cannot be read or do not belong together.
+    """
+    systems = read_systems(results)
+    examples = _examples(release, systems) if release else {}
+    lists = {key: list(some.table["id"]) for key, some in examples.items()}
+    found = boards(systems, lists, common=common)
+    notes = _notes(systems, found, release)
+    sections, numbers, data = [], [], []
+    for board in found:
+        scored, ranking = entries(board), rank(board)
+        figures, missing = _figures(board, scored, out)
+        notes += [note for note in [missing] if note and note not in notes]
+        tables = _tables(board, scored, ranking)
+        clips = write_clips(
+            board,
+            out / CLIPS / f"{board.config}-{board.split}",
+            out,
+            examples.get((board.config, board.split)),
+        )
+        sections.append(Section(board, ranking, tables, figures, clips))
+        numbers += numbers_rows(board, scored)
+        data.append(_data(board, scored, ranking))
+    others = [statements_table(paper())]
+    _write_tables(out, sections, others, notes)
+    numbers_csv = csv_text(NUMBERS_HEADER, numbers)
+    write_atomically(out / "numbers.csv", numbers_csv.encode())
+    whole = {"schema": SCHEMA, "notes": notes, "boards": data}
+    text = json.dumps(whole, indent=2, allow_nan=False) + "\n"
+    write_atomically(out / "report.json", text.encode())
+    write_page(out, sections, others, notes)
+    shown = [plain(section.tables[0]) for section in sections]
+    return Written(whole, "\n".join([*shown, f"{out / 'index.html'}: written\n"]))
+
+
+def _examples(
+    release: Path, systems: Sequence[System]
+) -> dict[tuple[str, str], Examples]:
+    """The splits that results are of, as the release has them."""
+    path = release / "SHA256SUMS"
+    if not path.is_file():
+        raise ComparisonError(
+            f"{release}: is no release, it has no SHA256SUMS; name the folder that "
+            "`mpmworlds build --out` has written"
+        )
+    digest = sha256(path.read_bytes()).hexdigest()
+    for system in systems:
+        if system.provenance.release_sha256 != digest:
+            raise ComparisonError(
+                f"{system.folder}: of release {system.provenance.release_sha256[:12]}, "
+                f"but {release} is {digest[:12]}; name the release of the results"
+            )
+    keys = {(s.provenance.config, s.provenance.split) for s in systems}
+    return {
+        (config, split): load(release, split=split, config=config)
+        for config, split in sorted(keys)
+    }
+
+
+def _notes(
+    systems: Sequence[System], found: Sequence[Board], release: Path | None
+) -> list[str]:
+    notes = [
+        f"{system.label} on {system.provenance.split}: no {SUMMARY} beside its "
+        "results, so that its evaluation may not have ended"
+        for system in systems
+        if not (system.folder / SUMMARY).is_file()
+    ]
+    if release is None:
+        notes.append("no release was named: expected are the samples of any system")
+    for board in found:
+        compared = len(board.samples)
+        if any(evaluated != compared for evaluated in board.evaluated.values()):
+            notes.append(f"{board.name}: compared over {compared} common samples only")
+    return notes
+
+
+def _figures(
+    board: Board, scored: Sequence[Entry], out: Path
+) -> tuple[list[tuple[str, str]], str]:
+    """Write the figures; their paths and captions, and why there are none."""
+    written = []
+    for name, caption, draw in drawn(board, scored):
+        start = f"figures/{board.config}-{board.split}-{name}"
+        try:
+            pictures = render(draw)
+        except ModuleNotFoundError:
+            return [], MISSING
+        for form, picture in pictures.items():
+            write_atomically(out / f"{start}.{form}", picture)
+        written.append((start, caption))
+    return written, ""
+
+
+def _tables(board: Board, scored: Sequence[Entry], ranking: Ranking) -> list[Table]:
+    overviews = [overview(board, scored, scale, paper()) for scale in ("raw", "beyond")]
+    return [
+        ranking_table(board, ranking, scored),
+        *(table for table in overviews if table),
+        *by_metric(board, scored),
+    ]
+
+
+def _write_tables(
+    out: Path,
+    sections: Sequence[Section],
+    others: Sequence[Table],
+    notes: Sequence[str],
+) -> None:
+    tables = [table for section in sections for table in section.tables]
+    text = "\n".join(
+        ["# Report\n", *(f"- {note}" for note in notes), ""]
+        + [markdown(table) for table in (*tables, *others)]
+    )
+    write_atomically(out / "report.md", text.encode())
+    tex = "\n".join([PREAMBLE, *map(latex, (*tables, *others))])
+    write_atomically(out / "report.tex", tex.encode())
+
+
+def _data(board: Board, scored: Sequence[Entry], ranking: Ranking) -> dict[str, Any]:
+    return {
+        "config": board.config,
+        "split": board.split,
+        "samples": len(board.samples),
+        "expected": board.expected,
+        "systems": [
+            asdict(system.provenance) | {"name": system.name}
+            for system in board.systems
+        ],
+        "ranking": [
+            {"rank": p.rank, "system": p.system.label, "score": asdict(p.score)}
+            for p in ranking.places
+        ],
+        "no_ranking": ranking.missing,
+        "metrics": [
+            {
+                "system": entry.system.label,
+                "metric": entry.metric.name,
+                "direction": entry.metric.direction,
+                "coverage": asdict(entry.coverage),
+                "raw": asdict(entry.raw),
+                "beyond": asdict(entry.beyond) if entry.beyond else None,
+            }
+            for entry in scored
+        ],
+    }
