@@ -10,16 +10,11 @@ from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCard
 
 from mpmworlds.files.checksums import read_checksums
+from mpmworlds.loaders.clips import CLIP, VIDEO, Clip, Stills, clip_of, sampled
 from mpmworlds.loaders.integrity import check_release
 from mpmworlds.loaders.locate import is_release, resolve
 from mpmworlds.loaders.regimes import DEFAULT, REGIMES, Regime, regime_named
-from mpmworlds.metrics.reduction import (
-    Frames,
-    reduce_clip,
-    reduced_framerate,
-    split_clip,
-)
-from mpmworlds.sim.run.encode import decode_mp4
+from mpmworlds.metrics.reduction import Frames, split_clip
 from mpmworlds.sim.scene.scene import Scene
 
 
@@ -54,6 +49,10 @@ class Example:
         if self.regime.blind:
             return ""
         return self.regime.tell(Scene.from_yaml(self.row["scene"], self.id))
+
+    def sampled_prefix(self, n: int) -> Stills:
+        """Pick n frames of the prefix with their times; see `clips.sampled`."""
+        return sampled(Clip(self.prefix, self.framerate), n)
 
 
 class Examples(Sequence[Example]):
@@ -162,15 +161,10 @@ def _default_config(root: Path) -> str:
 
 
 def _example(row: dict[str, Any], regime: Regime) -> Example:
-    if "video" not in row:
-        raise ValueError(
-            f"{row['id']}: has no video; load another configuration than 'recipes'"
-        )
-    framerate = reduced_framerate(row["framerate"])
+    clip = clip_of(row)
     try:
-        clip = reduce_clip(decode_mp4(row["video"]["bytes"]), row["framerate"])
-        prefix, continuation = split_clip(clip, framerate)
+        prefix, continuation = split_clip(*clip)
     except ValueError as error:
         raise ValueError(f"{row['id']}: {error}") from None
-    others = {name: value for name, value in row.items() if name != "video"}
-    return Example(row["id"], prefix, continuation, framerate, others, regime)
+    others = {name: row[name] for name in row if name not in (CLIP, VIDEO)}
+    return Example(row["id"], prefix, continuation, clip.framerate, others, regime)
