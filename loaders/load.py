@@ -1,6 +1,6 @@
 """Examples of a release: what a model is shown, and what it is to predict."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,9 +46,7 @@ class Example:
     @property
     def side_info(self) -> str:
         """Text that the regime tells of the scene; empty if it tells nothing."""
-        if self.regime.blind:
-            return ""
-        return self.regime.tell(Scene.from_yaml(self.row["scene"], self.id))
+        return side_info_of(self.row, self.regime)
 
     def sampled_prefix(self, n: int) -> Stills:
         """Pick n frames of the prefix with their times; see `clips.sampled`."""
@@ -158,6 +156,13 @@ def _default_config(root: Path) -> str:
     if name is None:
         raise ValueError(f"{root}/README.md: names no default configuration; name one")
     return str(name)
+
+
+def side_info_of(row: Mapping[str, Any], regime: Regime) -> str:
+    """Text that a regime tells of the scene of a row; empty if it tells nothing."""
+    if regime.blind:
+        return ""
+    return regime.tell(Scene.from_yaml(row["scene"], row["id"]))
 
 
 def _example(row: dict[str, Any], regime: Regime) -> Example:

@@ -11,7 +11,16 @@ import sys
 from collections.abc import Callable, Sequence
 
 import mpmworlds
-from mpmworlds.cli import corpus, doctor, inspect, materialise, propose, release, scenes
+from mpmworlds.cli import (
+    corpus,
+    doctor,
+    export,
+    inspect,
+    materialise,
+    propose,
+    release,
+    scenes,
+)
 from mpmworlds.cli.common import DONE, WRONG_USE, say
 
 INTERRUPTED = 130
@@ -29,6 +38,7 @@ VERBS = (
     inspect.add_audit,
     release.add_verify,
     release.add_evaluate,
+    export.add_export,
     doctor.add_doctor,
 )
 
