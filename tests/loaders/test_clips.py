@@ -9,7 +9,7 @@ from mpmworlds.loaders.clips import Clip, clip_of, decode_reduced, sampled
 from mpmworlds.loaders.load import load
 from mpmworlds.metrics.reduction import prefix_length, reduce_clip
 from mpmworlds.sim.run.encode import encode_mp4
-from tests.sim.test_pick import noise, video_of
+from tests.sim.clips import noise, video_of
 
 
 def numbered(count, framerate=15):
