@@ -1,4 +1,4 @@
-"""Neither prompts nor exports give away what their regime hides, by any byte of them."""
+"""No byte of a prompt or an export gives away what its regime hides."""
 
 import json
 import re
