@@ -79,9 +79,10 @@ def write_export(
     source
         The samples.
     settings
-        What else the files depend on.
+        What else the files depend on; `form` names the kind of export.
     out_dir
-        Folder of the export; what it was made of is noted in ``SPLIT.made_of.json``.
+        Folder of the export; what it was made of is noted in
+        ``FORM-SPLIT.made_of.json``.
     name
         Path of the list in that folder; other files lie beside it.
     write
@@ -110,15 +111,20 @@ def write_export(
         raise ValueError(f"workers = {workers}, must be >= 0 (0: one per core)")
     count = len(source.load())
     count = count if limit is None else min(count, limit)
-    note = out_dir / f"{source.split}.made_of.json"
+    note = out_dir / f"{settings['form']}-{source.split}.made_of.json"
     target = out_dir / name
-    _claim(note, source.noted() | settings | {"samples": count})
+    made_of = source.noted() | settings | {"samples": count}
     if target.is_file():
+        _check(note, made_of)
         return count
     part = target.with_name(f".{target.name}.part")
     with Journal(part) as journal:
         ends = [end for _, _, end in journal.lines()]
         journal.cut(ends[-1] if ends else 0)
+        if ends:
+            _check(note, made_of)
+        else:  # whatever failed before its first sample was done may be tried otherwise
+            write_atomically(note, _text(made_of))
         rest = range(len(ends), count)
         work = partial(_work, source, write, target.parent)
         with tqdm(desc="export", unit="sample", total=count, initial=len(ends)) as bar:
@@ -134,18 +140,19 @@ def write_export(
     return count
 
 
-def _claim(note: Path, made_of: Record) -> None:
-    """Note what an export is made of; refuse another one."""
-    text = json.dumps(made_of, indent=2, sort_keys=True) + "\n"
-    if not note.is_file():
-        write_atomically(note, text.encode())
-    elif (found := note.read_text("utf-8")) != text:
-        known = json.loads(found)
-        differs = [key for key in made_of if made_of[key] != known.get(key)]
+def _text(made_of: Record) -> bytes:
+    return (json.dumps(made_of, indent=2, sort_keys=True) + "\n").encode()
+
+
+def _check(note: Path, made_of: Record) -> None:
+    """Refuse to go on with another export."""
+    known = json.loads(note.read_bytes())
+    differs = [key for key in made_of if made_of[key] != known.get(key)]
+    if differs:
         told = ", ".join(f"{key} = {known.get(key)!r}" for key in differs)
         raise ValueError(
-            f"{note.parent}: holds an export of {told or 'other settings'}; name "
-            "another folder, or remove that one"
+            f"{note.parent}: holds an export of {told}; name another folder, or remove "
+            "that one"
         )
 
 
