@@ -17,7 +17,7 @@ from typing import Any
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-import mpmworlds
+from mpmworlds import __version__
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.checksums import CHECKSUMS, sha256_of_file
 from mpmworlds.files.journal import Journal
@@ -43,7 +43,7 @@ class Source:
     def noted(self) -> Record:
         """What they are, whatever the release's place."""
         return {
-            "mpmworlds": mpmworlds.__version__,
+            "mpmworlds": __version__,
             "release": sha256_of_file(self.release / CHECKSUMS),
             "config": self.config,
             "split": self.split,
