@@ -72,7 +72,8 @@ def test_clips_of_different_shapes_are_named(examples):
 def test_workers_change_neither_order_nor_content(examples, context):
     dataset = TorchExamples(examples)
     alone = data_loader(dataset, 2, seed=3)
-    helped = data_loader(dataset, 2, seed=3, workers=2, multiprocessing_context=context)
+    started = {"multiprocessing_context": context, "persistent_workers": True}
+    helped = data_loader(dataset, 2, seed=3, workers=2, **started)
     assert epochs(alone) == epochs(helped)
     batches = zip(data_loader(dataset, 2), helped, strict=True)
     found = {
