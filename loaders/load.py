@@ -1,6 +1,6 @@
 """Examples of a release: what a model is shown, and what it is to predict."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,16 +10,11 @@ from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCard
 
 from mpmworlds.files.checksums import read_checksums
+from mpmworlds.loaders.clips import CLIP, VIDEO, Clip, Stills, clip_of, sampled
 from mpmworlds.loaders.integrity import check_release
 from mpmworlds.loaders.locate import is_release, resolve
 from mpmworlds.loaders.regimes import DEFAULT, REGIMES, Regime, regime_named
-from mpmworlds.metrics.reduction import (
-    Frames,
-    reduce_clip,
-    reduced_framerate,
-    split_clip,
-)
-from mpmworlds.sim.run.encode import decode_mp4
+from mpmworlds.metrics.reduction import Frames, split_clip
 from mpmworlds.sim.scene.scene import Scene
 
 
@@ -51,9 +46,11 @@ class Example:
     @property
     def side_info(self) -> str:
         """Text that the regime tells of the scene; empty if it tells nothing."""
-        if self.regime.blind:
-            return ""
-        return self.regime.tell(Scene.from_yaml(self.row["scene"], self.id))
+        return side_info_of(self.row, self.regime)
+
+    def sampled_prefix(self, n: int) -> Stills:
+        """Pick n frames of the prefix with their times; see `clips.sampled`."""
+        return sampled(Clip(self.prefix, self.framerate), n)
 
 
 class Examples(Sequence[Example]):
@@ -161,6 +158,13 @@ def _default_config(root: Path) -> str:
     return str(name)
 
 
+def side_info_of(row: Mapping[str, Any], regime: Regime) -> str:
+    """Text that a regime tells of the scene of a row; empty if it tells nothing."""
+    if regime.blind:
+        return ""
+    return regime.tell(Scene.from_yaml(row["scene"], row["id"]))
+
+
 def example_of(row: dict[str, Any], regime: Regime = REGIMES[DEFAULT]) -> Example:
     """The example that a row of a release is.
 
@@ -176,15 +180,10 @@ def example_of(row: dict[str, Any], regime: Regime = REGIMES[DEFAULT]) -> Exampl
     ValueError
         If it has no video, or one that cannot be cut in two.
     """
-    if "video" not in row:
-        raise ValueError(
-            f"{row['id']}: has no video; load another configuration than 'recipes'"
-        )
-    framerate = reduced_framerate(row["framerate"])
+    clip = clip_of(row)
     try:
-        clip = reduce_clip(decode_mp4(row["video"]["bytes"]), row["framerate"])
-        prefix, continuation = split_clip(clip, framerate)
+        prefix, continuation = split_clip(*clip)
     except ValueError as error:
         raise ValueError(f"{row['id']}: {error}") from None
-    others = {name: value for name, value in row.items() if name != "video"}
-    return Example(row["id"], prefix, continuation, framerate, others, regime)
+    others = {name: row[name] for name in row if name not in (CLIP, VIDEO)}
+    return Example(row["id"], prefix, continuation, clip.framerate, others, regime)

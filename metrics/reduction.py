@@ -48,17 +48,42 @@ def reduce_clip(frames: Frames, framerate: int) -> Frames:
             f"clip is {frames.dtype} {frames.shape}, must be uint8 (T, N, N, 3)"
         )
     count, height, width, _ = frames.shape
-    if height != width:
-        raise ValueError(f"clip is {width} x {height} px, must be square; crop it")
-    if framerate < 1:
-        raise ValueError(f"framerate = {framerate}, must be at least 1 frame a second")
+    side = reduced_side(height, width)
+    check_framerate(framerate)
     if framerate > FRAMERATE:
         kept = -(-count * FRAMERATE // framerate)
         frames = frames[np.arange(kept) * framerate // FRAMERATE]
-    if height > SIDE:
-        picked = (2 * np.arange(SIDE) + 1) * height // (2 * SIDE)
+    if height > side:
+        picked = (2 * np.arange(side) + 1) * height // (2 * side)
         frames = frames[:, picked[:, None], picked]
     return frames
+
+
+def reduced_side(height: int, width: int) -> int:
+    """Return the pixels per side of a clip after `reduce_clip`.
+
+    Raises
+    ------
+    ValueError
+        If it is not square.
+    """
+    if height != width:
+        raise ValueError(f"clip is {width} x {height} px, must be square; crop it")
+    return min(height, SIDE)
+
+
+def is_kept(index: int, framerate: int) -> bool:
+    """Whether `reduce_clip` keeps a frame of a clip; the first one has index 0."""
+    if framerate <= FRAMERATE:
+        return True
+    after = -(-index * FRAMERATE // framerate)  # first output frame not before it
+    return after * framerate // FRAMERATE == index
+
+
+def check_framerate(framerate: int) -> None:
+    """Raise `ValueError` unless there is at least a frame a second."""
+    if framerate < 1:
+        raise ValueError(f"framerate = {framerate}, must be at least 1 frame a second")
 
 
 def reduced_framerate(framerate: int) -> int:

@@ -23,7 +23,7 @@ from mpmworlds.sim.scene.scale import rescale
 
 VERBS = (
     *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
-    *("propose", "stats", "audit", "verify", "evaluate", "submission"),
+    *("propose", "stats", "audit", "verify", "export", "evaluate", "submission"),
     *("report", "gate", "doctor"),
 )
 

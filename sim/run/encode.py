@@ -36,7 +36,9 @@ X264: Final = {
     "threads": "1",
 }
 _SMPTE170M: Final = 6
+_BT601: Final = (5, _SMPTE170M)  # one matrix by two names
 _LIMITED_RANGE: Final = 1
+_PIXEL_FORMAT: Final = "yuv444p"
 
 
 class ColorError(ValueError):
@@ -103,7 +105,7 @@ def encode_unchecked(
         with av.open(str(path), "w", format="mp4", options=options) as container:
             stream = container.add_stream("libx264", rate=framerate, options=X264)
             _, stream.height, stream.width, _ = frames.shape
-            stream.pix_fmt = "yuv444p"
+            stream.pix_fmt = _PIXEL_FORMAT
             codec = stream.codec_context
             codec.thread_count = 1
             codec.colorspace = codec.color_primaries = codec.color_trc = _SMPTE170M
@@ -152,13 +154,27 @@ def iter_mp4(data: bytes) -> Iterator[Frames]:
     video = cv2.VideoCapture(source, cv2.CAP_FFMPEG, [])
     found, frame = video.read()
     if not found:
-        raise ValueError(
-            f"{len(data)} bytes hold no decodable video: the data is truncated or "
-            "corrupt; fetch or render it again"
-        )
+        raise undecodable(data)
     while found:
         yield cv2.cvtColor(frame, cv2.COLOR_BGR2RGB).astype(np.uint8, copy=False)
         found, frame = video.read()
+
+
+def undecodable(data: bytes) -> ValueError:
+    """Say that bytes are no video, or not all of one."""
+    return ValueError(
+        f"{len(data)} bytes hold no decodable video: the data is truncated or "
+        "corrupt; fetch or render it again"
+    )
+
+
+def has_our_planes(picture: av.VideoFrame) -> bool:
+    """Whether the planes of a decoded picture are what `encode_mp4` writes."""
+    return (
+        picture.format.name == _PIXEL_FORMAT
+        and picture.colorspace in _BT601
+        and picture.color_range == _LIMITED_RANGE
+    )
 
 
 def frames_sha256(frames: Frames) -> str:
@@ -194,7 +210,7 @@ def _pictures(frames: Frames) -> Iterator[av.VideoFrame]:
     for frame in frames:
         yield to_yuv.reformat(
             av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24"),
-            format="yuv444p",
+            format=_PIXEL_FORMAT,
             src_color_range=ColorRange.JPEG,
             dst_colorspace=Colorspace.ITU601,
             dst_color_range=ColorRange.MPEG,

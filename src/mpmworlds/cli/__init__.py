@@ -15,6 +15,7 @@ from mpmworlds.cli import (
     corpus,
     doctor,
     evaluate,
+    export,
     inspect,
     materialise,
     propose,
@@ -42,6 +43,7 @@ VERBS = (
     evaluate.add_submission,
     report.add_report,
     report.add_gate,
+    export.add_export,
     doctor.add_doctor,
 )
 
