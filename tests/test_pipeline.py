@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(
     not (ROOT / ".git").exists(), reason="needs a git checkout, to see what is in git"
 )
 STAGES = ["plan@tiny", "split@tiny", "materialise", "build", "evaluate"]  # of tiny
-FULL = ["plan@full", "split@full", "audit-full", "statistics-full"]
+FULL = ["plan@full", "measure-full", "split@full", "audit-full", "statistics-full"]
 
 
 class Checkout:
