@@ -1,0 +1,91 @@
+"""Time of the race of candidates, beside running all of them to the end.
+
+    python -m benchmarks.evaluate [--candidates 15] [--samples 3]
+
+Candidates of a sample are programs of the kind that a model writes: its own scene with
+other materials, speeds and places, one of them right. The race runs their prefixes,
+stops losers, and runs what the prefix chooses to the end. The harness is what is left of the
+time of an evaluation when that of the programs is taken away.
+"""
+
+import argparse
+import statistics
+import time
+from itertools import pairwise
+
+from mpmworlds.baselines import execution
+from mpmworlds.baselines.candidates import Sample
+from mpmworlds.baselines.execution import Runs
+from mpmworlds.baselines.protocol import Form, ProgramText
+from mpmworlds.builder.plan.manifest import read_manifest, recorded_manifest
+from mpmworlds.metrics.reduction import reduce_clip, split_clip
+from mpmworlds.sim.program.link import link
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scene import Scene
+
+
+def main() -> None:
+    """Print a line per sample, and medians."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--candidates", type=int, default=15)
+    parser.add_argument("--samples", type=int, default=3)
+    options = parser.parse_args()
+    half = options.candidates // 2
+    by_parent: dict[str, list[Scene]] = {}
+    for row in read_manifest(recorded_manifest("full")):
+        if row.kind == "perturbation" and row.split == "test":
+            siblings = by_parent.setdefault(row.parent_id, [])
+            siblings.append(Scene.from_yaml(row.scene, row.id))
+    pairs = list(pairwise(n for n in sorted(by_parent) if len(by_parent[n]) >= half))
+    chosen = pairs[:: max(1, len(pairs) // options.samples)][: options.samples]
+    ratios, overheads = [], []
+    print("sample       all [s]   race [s]   ratio   harness [%]")
+    for one, other in chosen:
+        # Half of them are near the truth, the others near another scene.
+        scenes = by_parent[other][: options.candidates - half] + by_parent[one][:half]
+        ratio, overhead = measure([link(scene) for scene in scenes], scenes[-1], one)
+        ratios.append(ratio)
+        overheads.append(overhead)
+    ratio, overhead = statistics.median(ratios), statistics.median(overheads)
+    print(f"medians: ratio {ratio:.2f}, harness {100 * overhead:.1f} %")
+
+
+def measure(programs: list[str], truth: Scene, name: str) -> tuple[float, float]:
+    """Ratio of the times of race and full runs; part of the race that is harness."""
+    rate = truth.output.framerate
+    form = Form(truth.simulation.duration_frames, rate, truth.output.resolution)
+    frames = run(link(truth), trusted=True).expect()
+    prefix, continuation = split_clip(reduce_clip(frames, rate), 15)
+    start = time.perf_counter()
+    for text in programs:
+        run(text)
+    everything = time.perf_counter() - start
+    spent: list[float] = []
+
+    def timed(*arguments: object, **named: object) -> object:
+        begin = time.perf_counter()
+        found = run(*arguments, **named)  # type: ignore[arg-type]
+        spent.append(time.perf_counter() - begin)
+        return found
+
+    execution.run = timed  # type: ignore[assignment]
+    try:
+        start = time.perf_counter()
+        runs = Runs(form, len(prefix), truth.to_yaml())
+        scored = Sample(prefix, continuation, form, runs).scored(
+            [ProgramText(text) for text in programs], "prefix"
+        )
+        race = time.perf_counter() - start
+    finally:
+        execution.run = run
+    whole = [s.continuation["mask_iou"] for s in scored if s.continuation]
+    overhead = 1.0 - sum(spent) / race
+    print(
+        f"{name:10s} {everything:9.1f} {race:10.1f} {race / everything:7.2f} "
+        f"{100 * overhead:10.1f}   best {max(whole):.2f}, {len(whole)} to the end"
+    )
+    return race / everything, overhead
+
+
+if __name__ == "__main__":
+    main()

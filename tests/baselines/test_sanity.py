@@ -1,0 +1,89 @@
+"""What stands to reason of any evaluation, on a few real worlds of the full corpus."""
+
+import dataclasses
+import json
+
+import pytest
+
+from mpmworlds.baselines.evaluate import evaluate_examples
+from mpmworlds.baselines.provenance import Provenance
+from mpmworlds.baselines.registry import predictor_named
+from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.loaders.load import Example
+from mpmworlds.loaders.regimes import REGIMES
+from mpmworlds.metrics.reduction import reduce_clip, split_clip
+from mpmworlds.sim.program.link import link
+from mpmworlds.sim.run.run import run
+from mpmworlds.sim.scene.scale import rescale
+
+# Of one material each, with a motion that its numbers decide.
+NAMES = ("s04", "s07", "s12")
+ROWS = (
+    ("oracle", "frames_only"),
+    ("config_oracle", "full_config"),
+    ("noise_ceiling", "frames_only"),
+    ("config_oracle_typical_materials", "no_materials"),
+    ("copy_last", "frames_only"),
+    ("black", "frames_only"),
+)
+
+
+@pytest.fixture(scope="module")
+def examples():
+    seeds = {name.split("_")[0]: scene for name, scene in load_seeds().items()}
+    found = []
+    for name in NAMES:
+        scene = rescale(seeds[name], 64, 128, 150)
+        program, rate = link(scene), scene.output.framerate
+        frames = run(program, trusted=True).expect()
+        prefix, continuation = split_clip(reduce_clip(frames, rate), 15)
+        row = {
+            "family_id": name,
+            "materials": sorted(scene.materials),
+            "object_types": sorted({o.object_type for o in scene.objects}),
+            "num_objects": len(scene.objects),
+            "motion": None,
+            "ceiling": None,
+            "scene": scene.to_yaml(),
+            "program": program,
+            "num_frames": 150,
+            "framerate": rate,
+            "resolution": 128,
+        }
+        found.append(Example(name, prefix, continuation, 15, row))
+    return found
+
+
+@pytest.fixture(scope="module")
+def means(examples, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sanity")
+    (folder / "SHA256SUMS").write_text("")
+    found = {}
+    for name, regime in ROWS:
+        told = [dataclasses.replace(e, regime=REGIMES[regime]) for e in examples]
+        predictor = predictor_named(name)
+        where = Provenance.of(folder, predictor, "seeds", "train", regime)
+        path = evaluate_examples(told, predictor, where, folder / name, progress=False)
+        summary = json.loads(path.read_text())
+        assert summary["outcomes"] == {"ok": len(NAMES)}, name
+        found[name] = {
+            metric: entry["failures_at_worst"]["mean"]
+            for metric, entry in summary["continuation"].items()
+        }
+    return found
+
+
+@pytest.mark.slow
+def test_knowing_more_overlaps_more(means):
+    overlap = [means[name]["mask_iou"] for name, _ in ROWS]
+    oracle, config, ceiling, typical, _, black = overlap
+    assert oracle == config == 1.0
+    assert 1.0 >= ceiling > typical > black == 0.0
+
+
+@pytest.mark.slow
+def test_the_truth_has_no_fault_and_nothing_has_every_one(means):
+    assert means["oracle"] == means["config_oracle"]
+    assert means["oracle"]["collapse_excess"] == means["oracle"]["anomaly"] == 0.0
+    assert means["black"]["collapse"] == means["black"]["color_tv"] == 1.0
+    assert means["copy_last"]["wmae"] == 1.0
