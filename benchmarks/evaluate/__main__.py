@@ -4,8 +4,8 @@
 
 Candidates of a sample are programs of the kind that a model writes: its own scene with
 other materials, speeds and places, one of them right. The race runs their prefixes,
-stops losers, and runs what the prefix chooses to the end. The harness is what is left of the
-time of an evaluation when that of the programs is taken away.
+stops losers, and runs what the prefix chooses to the end. The harness is what is left
+of the time of an evaluation when that of the programs is taken away.
 """
 
 import argparse
