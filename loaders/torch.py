@@ -146,18 +146,20 @@ def data_loader(
     ValueError
         If there are both a seed and a sampler, which has its own.
     """
-    from torch.utils.data import DataLoader
+    from torch.utils.data import DataLoader, RandomSampler
 
     if seed is not None and sampler is not None:
         raise ValueError(f"seed = {seed}: a sampler has its own; leave one out")
+    if seed is not None:
+        # With a generator of its own: how often a loader draws seeds for its workers
+        # depends on whether they persist.
+        sampler = RandomSampler(dataset, generator=_generator(seed))
     return DataLoader(
         dataset,  # type: ignore[arg-type,unused-ignore]
         batch_size,
-        shuffle=seed is not None,
         sampler=sampler,
         num_workers=workers,
         collate_fn=collate,
-        generator=None if seed is None else _generator(seed),
         **options,
     )
 
