@@ -70,7 +70,7 @@ def test_different_samples_are_named_and_compared_only_if_asked(
 ):
     second = write(tmp_path / "b", alone("p0002", "p0003"), predictor="black")
     line = refused(command, tmp_path, first, second)
-    assert f"only {first} has p0001; only {second} has p0003" in line
+    assert f"only {second} has p0003; only {first} has p0001" in line
     assert line.endswith("compare the common ones with --common")
     systems = read_systems([str(first), str(second)])
     (board,) = boards(systems, common=True)
@@ -136,7 +136,5 @@ def test_candidate_that_was_passed_over_but_is_chosen(tmp_path):
     best.prefix.update(result("p0001", 0.9).continuation)
     other = result("p0001", 0.5, prefix=0.5, candidate=1, candidates=2)
     (system,) = read_systems([str(write(tmp_path / "a", [[best, other]]))])
-    with pytest.raises(
-        ValueError, match="candidate 0 was passed over, but mse chooses"
-    ):
+    with pytest.raises(ValueError, match="0 was passed over, but mse chooses"):
         system.chosen("mse")
