@@ -1,6 +1,5 @@
 """What is done with a sample, wherever it is done: predict, score, report trouble."""
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,7 +22,7 @@ from mpmworlds.baselines.protocol import (
 from mpmworlds.baselines.provenance import processor
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import Result
-from mpmworlds.loaders.load import Example, example_of
+from mpmworlds.loaders.load import Example, example_of, neutral_name
 from mpmworlds.loaders.regimes import DEFAULT, regime_named
 from mpmworlds.sim.run.encode import encode_unchecked
 from mpmworlds.sim.run.run import SandboxError
@@ -156,10 +155,9 @@ def score_example(example: Example, predictor: AnyPredictor, how: How = HOW) -> 
 
 def task_of(example: Example) -> Task:
     """What a predictor gets of a sample: what the regime gives, and nothing else."""
-    neutral = hashlib.sha256(f"task of {example.id}".encode()).hexdigest()
     names = ("num_frames", "framerate", "resolution")
     return Task(
-        id=neutral[:16],
+        id=neutral_name(example.id),
         prefix=example.prefix,
         side_info=example.side_info,
         horizon=len(example.continuation),

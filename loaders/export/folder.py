@@ -4,7 +4,6 @@ A stopped export goes on after its last whole line; the list takes its name only
 it is complete. What it was made of is noted beside it, and another export is refused.
 """
 
-import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -49,11 +48,6 @@ class Source:
             "split": self.split,
             "regime": self.regime,
         }
-
-
-def neutral_name(sample_id: str) -> str:
-    """Name of a sample that says nothing of it, not even its lineage."""
-    return hashlib.sha256(f"task of {sample_id}".encode()).hexdigest()[:16]
 
 
 def place_of(name: str, suffix: str) -> str:

@@ -9,11 +9,10 @@ from mpmworlds.loaders.clips import clip_of, sampled
 from mpmworlds.loaders.export.folder import (
     Record,
     Source,
-    neutral_name,
     place_of,
     write_export,
 )
-from mpmworlds.loaders.load import Examples, side_info_of
+from mpmworlds.loaders.load import Examples, neutral_name, side_info_of
 from mpmworlds.loaders.prompts import (
     PICTURES,
     PROMPT_VERSION,

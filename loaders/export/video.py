@@ -11,11 +11,10 @@ from mpmworlds.loaders.clips import CLIP, clip_of
 from mpmworlds.loaders.export.folder import (
     Record,
     Source,
-    neutral_name,
     place_of,
     write_export,
 )
-from mpmworlds.loaders.load import Examples, side_info_of
+from mpmworlds.loaders.load import Examples, neutral_name, side_info_of
 from mpmworlds.loaders.prompts import CONTINUE, PROMPT_VERSION
 from mpmworlds.loaders.weights import weights_by_kind
 from mpmworlds.metrics.reduction import split_clip

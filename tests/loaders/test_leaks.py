@@ -10,10 +10,10 @@ import pytest
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.loaders import load as load_module
 from mpmworlds.loaders.clips import Stills
-from mpmworlds.loaders.export.folder import Source, neutral_name
+from mpmworlds.loaders.export.folder import Source
 from mpmworlds.loaders.export.sft import export_sft
 from mpmworlds.loaders.export.video import export_video
-from mpmworlds.loaders.load import Examples
+from mpmworlds.loaders.load import Examples, neutral_name
 from mpmworlds.loaders.prompts import TASKS, VideoForm, as_url, make_prompt
 from mpmworlds.loaders.regimes import REGIMES
 from mpmworlds.sim.run.encode import encode_mp4
