@@ -11,8 +11,9 @@ from typing import Final
 import numpy as np
 
 from mpmworlds.baselines.execution import Runnable, Runs, runnable
-from mpmworlds.baselines.protocol import Answer, Candidate, Failure, Form
+from mpmworlds.baselines.protocol import Answer, Candidate, Failure
 from mpmworlds.baselines.results import PASSED_OVER
+from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics import METRICS, SCORED, View, score
 from mpmworlds.metrics.reduction import Frames
 
@@ -52,7 +53,7 @@ class Sample:
     """
 
     def __init__(
-        self, prefix: Frames, continuation: Frames, form: Form, runs: Runs
+        self, prefix: Frames, continuation: Frames, form: VideoForm, runs: Runs
     ) -> None:
         self.prefix = View(prefix, "prefix")
         self.continuation = View(continuation, "continuation")

@@ -9,11 +9,11 @@ import numpy as np
 
 from mpmworlds.baselines.protocol import (
     Failure,
-    Form,
     InfrastructureError,
     ProgramText,
     SceneText,
 )
+from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import (
     FRAMERATE,
     Frames,
@@ -36,7 +36,7 @@ class Runnable:
     trusted: bool
 
 
-def runnable(answer: ProgramText | SceneText, form: Form) -> Runnable | Failure:
+def runnable(answer: ProgramText | SceneText, form: VideoForm) -> Runnable | Failure:
     """The program of an answer, or why there is none."""
     if isinstance(answer, ProgramText):
         return Runnable(answer.text, trusted=False)
@@ -46,7 +46,7 @@ def runnable(answer: ProgramText | SceneText, form: Form) -> Runnable | Failure:
         return Failure("invalid_scene", str(error))
     output = scene.output
     frames = scene.simulation.duration_frames
-    found = Form(frames, output.framerate, output.resolution)
+    found = VideoForm(frames, output.framerate, output.resolution)
     if found != form:
         return Failure("wrong_form", f"the scene's output is {found}, must be {form}")
     return Runnable(link(scene), trusted=True)
@@ -68,7 +68,7 @@ class Runs:
     """
 
     def __init__(
-        self, form: Form, known: int, reference: str, *, sandbox: bool = True
+        self, form: VideoForm, known: int, reference: str, *, sandbox: bool = True
     ) -> None:
         self._form = form
         self._known = known

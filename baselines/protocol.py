@@ -8,19 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
+from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import Frames
-
-
-@dataclass(frozen=True)
-class Form:
-    """What the frames of a program must be: the same for all of a configuration."""
-
-    frames: int
-    """How many."""
-    framerate: int
-    """Frames per second. [1/s]"""
-    resolution: int
-    """Pixels along each side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +26,7 @@ class Task:
     """Number of frames to predict."""
     framerate: int
     """Frames per second of prefix and continuation. [1/s]"""
-    form: Form
+    form: VideoForm
     """What a program must draw, from the beginning of the prefix."""
 
 
@@ -56,7 +45,7 @@ class ProgramText:
     """A program that draws prefix and continuation; it is run in a sandbox."""
 
     text: str
-    """Python, with a generator ``frames()`` of the task's `Form`."""
+    """Python, with a generator ``frames()`` of the task's `VideoForm`."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +53,7 @@ class SceneText:
     """A scene, whose program is linked and run."""
 
     text: str
-    """YAML of a scene file, with an output of the task's `Form`."""
+    """YAML of a scene file, with an output of the task's `VideoForm`."""
 
 
 class InfrastructureError(RuntimeError):

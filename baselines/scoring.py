@@ -13,7 +13,6 @@ from mpmworlds.baselines.protocol import (
     Answers,
     AnyPredictor,
     Failure,
-    Form,
     InfrastructureError,
     Oracle,
     Precomputed,
@@ -23,6 +22,7 @@ from mpmworlds.baselines.provenance import processor
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import Result
 from mpmworlds.loaders.load import Example, example_of, neutral_name
+from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.loaders.regimes import DEFAULT, regime_named
 from mpmworlds.sim.run.encode import encode_unchecked
 from mpmworlds.sim.run.run import SandboxError
@@ -155,14 +155,13 @@ def score_example(example: Example, predictor: AnyPredictor, how: How = HOW) -> 
 
 def task_of(example: Example) -> Task:
     """What a predictor gets of a sample: what the regime gives, and nothing else."""
-    names = ("num_frames", "framerate", "resolution")
     return Task(
         id=neutral_name(example.id),
         prefix=example.prefix,
         side_info=example.side_info,
         horizon=len(example.continuation),
         framerate=example.framerate,
-        form=Form(*(int(example.row[name]) for name in names)),
+        form=VideoForm.of_row(example.row),
     )
 
 

@@ -16,8 +16,9 @@ from itertools import pairwise
 from mpmworlds.baselines import execution
 from mpmworlds.baselines.candidates import Sample
 from mpmworlds.baselines.execution import Runs
-from mpmworlds.baselines.protocol import Form, ProgramText
+from mpmworlds.baselines.protocol import ProgramText
 from mpmworlds.builder.plan.manifest import read_manifest, recorded_manifest
+from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import reduce_clip, split_clip
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
@@ -53,7 +54,7 @@ def main() -> None:
 def measure(programs: list[str], truth: Scene, name: str) -> tuple[float, float]:
     """Ratio of the times of race and full runs; part of the race that is harness."""
     rate = truth.output.framerate
-    form = Form(truth.simulation.duration_frames, rate, truth.output.resolution)
+    form = VideoForm(truth.simulation.duration_frames, rate, truth.output.resolution)
     frames = run(link(truth), trusted=True).expect()
     prefix, continuation = split_clip(reduce_clip(frames, rate), 15)
     start = time.perf_counter()

@@ -17,7 +17,6 @@ from mpmworlds.baselines.evaluate import evaluate_examples
 from mpmworlds.baselines.protocol import (
     Candidate,
     Failure,
-    Form,
     InfrastructureError,
     ProgramText,
     SceneText,
@@ -27,6 +26,7 @@ from mpmworlds.baselines.scoring import How, score_example, task_of
 from mpmworlds.baselines.simple.black import Black
 from mpmworlds.baselines.simple.copy_last import CopyLast
 from mpmworlds.builder.seeds import load_seeds
+from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.loaders.regimes import REGIMES
 from mpmworlds.metrics import SCORED
 from mpmworlds.sim.run.encode import decode_mp4
@@ -442,7 +442,7 @@ def test_a_program_that_wins_and_then_fails_is_a_failure(
 
 def test_a_slow_program_gets_four_times_what_the_reference_takes(monkeypatch):
     monkeypatch.setattr(execution, "LEAST_TIME", 2.0)
-    runs = execution.Runs(Form(16, 15, 32), 6, "")
+    runs = execution.Runs(VideoForm(16, 15, 32), 6, "")
     monkeypatch.setattr(runs, "_time_of_reference", lambda: 2.0)
     slow = execution.Runnable(program(wait=0.25).text, trusted=False)  # 4 s
     assert len(runs.whole(slow)) == 16
