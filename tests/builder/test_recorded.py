@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from mpmworlds.builder.plan.candidates import scene_key
+from mpmworlds.builder.plan.evaluation import recorded_measured
 from mpmworlds.builder.plan.families import Screen, Templates, plan_family
 from mpmworlds.builder.plan.manifest import read_manifest, read_table
 from mpmworlds.builder.plan.profile import Profile, sample_ids
@@ -28,6 +29,9 @@ PROFILE = Profile.from_params(
     yaml.safe_load((ROOT / "params.yaml").read_text()), "full"
 )
 PINNED = {
+    "full.evaluation.parquet": (
+        "617867c0d2bfa322e8bc6791e5673a5fb9e458435b6b369737374e7259ec59df"
+    ),
     "full.parquet": (
         "3dfc5ae6685164115d1cef33a3cba5f7e4a2666626d78a9de2a3915ac47aa106"
     ),
@@ -82,6 +86,19 @@ def test_families_planned_anew_are_the_recorded_ones():
         assert family.rows == [recorded[row.id] for row in family.rows]
         assert [row.id for row in family.rows] == list(map(str, PROFILE.family(root)))
     assert not templates.screen.new, "a trial was run that is not recorded"
+
+
+def test_evaluation_samples_move_and_are_no_chaos():
+    found = {m.id: m for m in recorded_measured("full")}
+    lists = read_lists(ROOT / "splits/recorded/full")
+    names = [*lists["evaluation_test"], *lists["evaluation_modification"]]
+    assert len(names) == 240
+    for name in names:
+        assert found[name].fault is None
+        assert found[name].motion >= 0.05
+        assert found[name].ceiling["mask_iou"] >= 0.5
+    by_id = {row.id: row for row in read_manifest(FULL)}
+    assert all(by_id[m.id].program_sha256 == m.program_sha256 for m in found.values())
 
 
 def test_lists_are_recomputed(capsys):
