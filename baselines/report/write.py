@@ -86,16 +86,17 @@ def write_report(
     notes = _notes(systems, found, release)
     sections, numbers, data = [], [], []
     for board in found:
-        scored, ranking = entries(board), rank(board)
-        figures, missing = _figures(board, scored, out)
-        notes += [note for note in [missing] if note and note not in notes]
-        tables = _tables(board, scored, ranking)
+        # First, since a clip may turn out to be none.
         clips = write_clips(
             board,
             out / CLIPS / f"{board.config}-{board.split}",
             out,
             examples.get((board.config, board.split)),
         )
+        scored, ranking = entries(board), rank(board)
+        figures, missing = _figures(board, scored, out)
+        notes += [note for note in [missing] if note and note not in notes]
+        tables = _tables(board, scored, ranking)
         sections.append(Section(board, ranking, tables, figures, clips))
         numbers += numbers_rows(board, scored)
         data.append(_data(board, scored, ranking))
