@@ -41,7 +41,7 @@ def make_example():
             prefix=clip[:6],
             continuation=clip[6:],
             framerate=15,
-            row=ROW | {"family_id": sample_id[:5]} | row,
+            row=ROW | {"id": sample_id, "family_id": sample_id[:5]} | row,
         )
 
     return make
