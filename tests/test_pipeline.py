@@ -88,9 +88,12 @@ def stages_of(text):
     """Return the stages of dvc.yaml, those for each corpus one by one."""
     stages = {}
     for name, stage in yaml.safe_load(text)["stages"].items():
-        for key in stage.get("foreach", [None]):  # a list, or a mapping
+        each = stage.get("foreach", [None])  # a list, or a mapping
+        for key in each:
             told = json.dumps(stage.get("do", stage))
             told = re.sub(r"\$\{(item|key)\}", str(key), told)
+            for field, value in (each[key] if isinstance(each, dict) else {}).items():
+                told = told.replace(f"${{item.{field}}}", value)
             stages[f"{name}@{key}" if key else name] = json.loads(told)
     return stages
 
