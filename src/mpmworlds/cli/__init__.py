@@ -39,11 +39,11 @@ VERBS = (
     inspect.add_stats,
     inspect.add_audit,
     release.add_verify,
+    export.add_export,
     evaluate.add_evaluate,
     evaluate.add_submission,
     report.add_report,
     report.add_gate,
-    export.add_export,
     doctor.add_doctor,
 )
 
