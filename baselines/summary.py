@@ -131,7 +131,7 @@ def _selected(results: Sequence[Result], metric: str, of_prefix: bool) -> list[R
     if all(result.candidates == 1 for result in results):
         return scored
     ranked = [result.row("", of_prefix=True) for result in results]
-    return best_of_n(ranked, scored, SCORED[metric].selected_by or metric)
+    return best_of_n(ranked, scored, metric)
 
 
 def summary_table(summary: dict[str, Any]) -> str:

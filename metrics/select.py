@@ -52,7 +52,8 @@ def best_of_n(
     continuation : iterable of Row
         The same candidates scored on the continuation.
     metric : str
-        Metric that ranks the candidates.
+        Metric whose value is wanted: it ranks the candidates, or the one does that
+        chooses for it (`Metric.selected_by`).
 
     Returns
     -------
@@ -67,7 +68,7 @@ def best_of_n(
     ValueError
         If the metric is unknown, or if the two do not hold the same candidates, once.
     """
-    metric_named(metric)
+    ranks = metric_named(metric).selected_by or metric
     early, late = _by_candidate(prefix), _by_candidate(continuation)
     if early.keys() != late.keys():
         system, sample, candidate = min(early.keys() ^ late.keys())
@@ -76,7 +77,7 @@ def best_of_n(
             "continuation, must be on both; pass its failure as a row too"
         )
     return [
-        late[rows[0].system, rows[0].sample_id, _chosen(rows, metric)]
+        late[rows[0].system, rows[0].sample_id, _chosen(rows, ranks)]
         for rows in _groups(early.values())
     ]
 

@@ -73,3 +73,13 @@ def test_missing_ranking_metric_is_refused() -> None:
     prefix = rows("p1", 0.1, 0.2)
     with pytest.raises(ValueError, match=r"candidate \d: no wmae"):
         best_of_n(prefix, prefix, "wmae")
+
+
+def test_what_stands_beside_a_metric_of_the_paper_is_chosen_by_that_metric() -> None:
+    early = {"collapse": [0.3, 0.1], "collapse_excess": [0.0, 0.1]}
+    rows = [
+        Row("p0001", "p0001", "one", k, "ok", {m: v[k] for m, v in early.items()})
+        for k in range(2)
+    ]
+    (chosen,) = best_of_n(rows, rows, "collapse_excess")
+    assert chosen.candidate == 1
