@@ -14,7 +14,7 @@ from mpmworlds.baselines.candidates import SELECTIONS
 from mpmworlds.baselines.protocol import AnyPredictor
 from mpmworlds.baselines.provenance import NO_OPTIONS, Provenance
 from mpmworlds.baselines.registry import predictor_named
-from mpmworlds.baselines.results import ResultsFile
+from mpmworlds.baselines.results import CLIPS, RESULTS, SUMMARY, ResultsFile
 from mpmworlds.baselines.scoring import (
     HOW,
     Found,
@@ -32,10 +32,7 @@ from mpmworlds.loaders.regimes import DEFAULT
 
 log = logging.getLogger(__name__)
 
-RESULTS: Final = "results.jsonl"
-SUMMARY: Final = "summary.json"
 TABLE: Final = "summary.txt"
-CLIPS: Final = "clips"
 PAUSE: Final = 5.0  # seconds before what failed is tried again; longer each time
 
 ScoreAll = Callable[[Sequence[str]], Iterator[tuple[str, Found | Trouble]]]

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, Final, Self
 
 from mpmworlds.baselines.protocol import AnyPredictor, Oracle
+from mpmworlds.files.checksums import sha256_of_file
 from mpmworlds.loaders.regimes import DEFAULT
 from mpmworlds.metrics import VERSION, definition
 
@@ -92,9 +93,9 @@ class Provenance:
             regime=regime,
             selection=selection,
             knows_answers=isinstance(predictor, Oracle),
-            release_sha256=hashlib.sha256(checksums(release)).hexdigest(),
+            release_sha256=release_sha256(release),
             metrics_version=VERSION,
-            constants_sha256=_digest(definition()),
+            constants_sha256=constants_sha256(),
             versions=_versions(),
         )
 
@@ -126,12 +127,17 @@ def processor() -> str:
     return next((value.strip() for key, _, value in lines if "model name" in key), "")
 
 
-def checksums(release: Path) -> bytes:
-    """The list of checksums of a release; raises `FileNotFoundError`."""
+def constants_sha256() -> str:
+    """Digest of the constants of the metrics of this version."""
+    return _digest(definition())
+
+
+def release_sha256(release: Path) -> str:
+    """Digest of the list of checksums of a release; raises `FileNotFoundError`."""
     path = release / "SHA256SUMS"
     if not path.is_file():
         raise FileNotFoundError(
             f"{path}: missing, a release must list its files there; build the release "
             "again or name the folder that holds it"
         )
-    return path.read_bytes()
+    return sha256_of_file(path)

@@ -21,6 +21,9 @@ from mpmworlds.metrics import Row
 log = logging.getLogger(__name__)
 
 
+RESULTS: Final = "results.jsonl"  # in the folder of an evaluation
+SUMMARY: Final = "summary.json"
+CLIPS: Final = "clips"  # predicted continuations, SAMPLE.mp4
 PASSED_OVER: Final = "passed_over"
 """Outcome of a candidate that another one beats on the prefix, whatever the metric: it
 is no failure, and need not be continued."""

@@ -1,20 +1,22 @@
 """One system as reports compare it: who predicted, told what, on which split."""
 
-import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
-from typing import Final, Self
+from typing import Self
 
-from mpmworlds.baselines.provenance import Provenance
-from mpmworlds.baselines.results import PASSED_OVER, Result, read_results
-from mpmworlds.metrics import VERSION, Row, best_of_n, definition
-
-RESULTS: Final = "results.jsonl"
-SUMMARY: Final = "summary.json"
+from mpmworlds.baselines.provenance import Provenance, constants_sha256
+from mpmworlds.baselines.results import (
+    PASSED_OVER,
+    RESULTS,
+    SUMMARY,
+    Result,
+    read_results,
+)
+from mpmworlds.metrics import VERSION, Row, best_of_n
 
 
 class ComparisonError(ValueError):
@@ -152,9 +154,7 @@ def hold_together(systems: Sequence[System]) -> None:
     ComparisonError
         Names the first folder that differs, and in what.
     """
-    constants = hashlib.sha256(
-        json.dumps(definition(), sort_keys=True).encode()
-    ).hexdigest()
+    constants = constants_sha256()
     for system in systems:
         origin, folder = system.provenance, system.folder
         if origin.metrics_version != VERSION:

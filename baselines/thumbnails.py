@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from mpmworlds.baselines.provenance import checksums
+from mpmworlds.baselines.provenance import release_sha256
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.loaders.load import load
 from mpmworlds.metrics.reduction import Frames
@@ -50,7 +50,7 @@ class Thumbnails:
     @classmethod
     def of(cls, release: Path, config: str, split: str) -> Self:
         """Make them, or read them from the cache if they have been made."""
-        where = [VERSION, hashlib.sha256(checksums(release)).hexdigest(), config, split]
+        where = [VERSION, release_sha256(release), config, split]
         name = hashlib.sha256("\0".join(where).encode()).hexdigest()
         home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
         path = Path(home).expanduser() / "mpmworlds" / f"thumbnails-{name[:16]}.npy"

@@ -10,6 +10,7 @@ import numpy as np
 from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
 from mpmworlds.baselines.report.board import Board
+from mpmworlds.baselines.results import CLIPS
 from mpmworlds.baselines.system import ComparisonError, System
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.scratch import Scratch
@@ -17,7 +18,6 @@ from mpmworlds.loaders.load import Examples
 from mpmworlds.metrics.reduction import FRAMERATE, Frames
 from mpmworlds.sim.run.encode import decode_mp4
 
-CLIPS: Final = "clips"
 BT601: Final = 6  # its number among the colour spaces of a stream
 # Browsers' decoders in hardware, Safari and Windows play 4:2:0 only. The bytes of x264
 # depend on its thread count; a key frame each second makes scrubbing smooth.

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from mpmworlds.baselines.report.board import Board
-from mpmworlds.baselines.report.clips import CLIPS, SampleClips
+from mpmworlds.baselines.report.clips import SampleClips
 from mpmworlds.baselines.report.look import looks
 from mpmworlds.baselines.report.rank import Ranking
 from mpmworlds.baselines.report.table import Table
+from mpmworlds.baselines.results import CLIPS
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.metrics import SCORED
 from mpmworlds.metrics.reduction import FRAMERATE, prefix_length

@@ -3,12 +3,12 @@
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
 
+from mpmworlds.baselines.provenance import release_sha256
 from mpmworlds.baselines.report.board import Board, boards, read_systems
-from mpmworlds.baselines.report.clips import CLIPS, write_clips
+from mpmworlds.baselines.report.clips import write_clips
 from mpmworlds.baselines.report.figures import MISSING, drawn, render
 from mpmworlds.baselines.report.numbers import Entry, entries
 from mpmworlds.baselines.report.page import Section, write_page
@@ -29,7 +29,8 @@ from mpmworlds.baselines.report.tables import (
     ranking_table,
     statements_table,
 )
-from mpmworlds.baselines.system import SUMMARY, ComparisonError, System
+from mpmworlds.baselines.results import CLIPS, SUMMARY
+from mpmworlds.baselines.system import ComparisonError, System
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.loaders.load import Examples, load
 
@@ -122,7 +123,7 @@ def _examples(
             f"{release}: is no release, it has no SHA256SUMS; name the folder that "
             "`mpmworlds build --out` has written"
         )
-    digest = sha256(path.read_bytes()).hexdigest()
+    digest = release_sha256(release)
     for system in systems:
         if system.provenance.release_sha256 != digest:
             raise ComparisonError(

@@ -25,7 +25,7 @@ class Mine:
         self.n, self.checkpoint = n, checkpoint
 
     def predict(self, task):
-        raise NotImplementedError
+        return []
 
 
 NO_PREDICTOR = object
