@@ -55,7 +55,8 @@ def test_evaluation_prints_its_table_and_writes_its_files(command, release, tmp_
     assert out.startswith(
         f"copy_last on tiny/test, frames_only, {VERSION}\n2 samples, "
     )
-    assert err.splitlines() == ["1/2 p0002 ok", "2/2 p0002-n00 ok"]
+    for part in ("copy_last, frames_only: 100%", "2/2", "troubled=0"):
+        assert part in err
     names = ["results.jsonl", "summary.json", "summary.txt"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
     status, out, _ = command("evaluate", *options, "--json")
@@ -71,13 +72,13 @@ def test_results_lie_below_work_unless_told_otherwise(
     status, out, _ = command("evaluate", *options)
     assert status == 0
     assert "1 samples" in out
-    assert (tmp_path / "work/results/black/summary.json").is_file()
+    assert (tmp_path / "work/results/black-frames_only/summary.json").is_file()
 
 
 @pytest.mark.parametrize(
     ("option", "value", "message"),
     [
-        ("--predictor", "nobody", "must be one of ['black', 'copy_last', 'oracle']"),
+        ("--predictor", "nobody", "unknown, must be one of ['black', 'codec', "),
         ("--split", "exam", "has no split tiny/exam; it has mini/test, mini/train"),
         ("--config", "grand", "has no split grand/test"),
         ("--limit", "0", "limit = 0, must be at least 1"),

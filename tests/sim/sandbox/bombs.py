@@ -34,10 +34,11 @@ def frames():
 
 
 class Bomb(NamedTuple):
-    """A program and how it may end."""
+    """A program, how it may end, and how long [s] it may take beside other work."""
 
     body: str
     statuses: tuple[str, ...]
+    seconds: int = 6
 
 
 def _threads(start):
@@ -74,7 +75,9 @@ BOMBS = {
         ("timeout", "exception"),
     ),
     "memory": Bomb(
-        "    kept = [bytearray(1 << 28) for _ in range(99)]\n", ("out_of_memory",)
+        "    kept = [bytearray(1 << 28) for _ in range(99)]\n",
+        ("out_of_memory",),
+        seconds=40,  # a machine with other work writes 4 GiB slowly
     ),
     "memory by mmap": Bomb(
         "    import mmap\n    kept = [mmap.mmap(-1, 1 << 30) for _ in range(99)]\n",
@@ -97,6 +100,7 @@ BOMBS = {
     "large frames": Bomb(
         "    while True: yield IMAGE\n",
         ("too_much_output",),
+        seconds=20,  # for 1 GiB through a pipe
     ),
     "a frame that is too large": Bomb(
         "    yield np.zeros((1, 20000, 3), np.uint8)\n", ("bad_frames",)
