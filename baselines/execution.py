@@ -74,6 +74,8 @@ class Runs:
         self._known = known
         self._reference = reference
         self._sandbox = sandbox
+        self.seconds = 0.0
+        """Seconds that programs have taken so far."""
         self._limit: float | None = None
         self._begun: dict[Runnable, Frames | Failure] = {}
         self._whole: dict[Runnable, Frames | Failure] = {}
@@ -143,7 +145,9 @@ class Runs:
     ) -> Outcome:
         trusted = program.trusted or not self._sandbox
         limit = self._limit or LEAST_TIME
+        start = time.monotonic()
         outcome = run(program.text, frames, limit, trusted=trusted, watch=watch)
+        self.seconds += time.monotonic() - start
         if outcome.status == "timeout" and self._limit is None:
             self._limit = max(LEAST_TIME, TIMES_REFERENCE * self._time_of_reference())
             if self._limit > LEAST_TIME:

@@ -8,9 +8,13 @@ import pytest
 from mpmworlds.baselines.evaluate import evaluate_examples
 from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.registry import predictor_named
+from mpmworlds.baselines.report.numbers import merged_rows
+from mpmworlds.baselines.results import SUMMARY
+from mpmworlds.baselines.system import System
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.loaders.load import Example
 from mpmworlds.loaders.regimes import REGIMES
+from mpmworlds.metrics import anchored_score
 from mpmworlds.metrics.reduction import reduce_clip, split_clip
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
@@ -56,7 +60,8 @@ def examples():
 
 
 @pytest.fixture(scope="module")
-def means(examples, tmp_path_factory):
+def evaluated(examples, tmp_path_factory):
+    """Folders of results by predictor."""
     folder = tmp_path_factory.mktemp("sanity")
     (folder / "SHA256SUMS").write_text("")
     found = {}
@@ -67,11 +72,28 @@ def means(examples, tmp_path_factory):
         path = evaluate_examples(told, predictor, where, folder / name, progress=False)
         summary = json.loads(path.read_text())
         assert summary["outcomes"] == {"ok": len(NAMES)}, name
-        found[name] = {
+        found[name] = path.parent
+    return found
+
+
+@pytest.fixture(scope="module")
+def means(evaluated):
+    return {
+        name: {
             metric: entry["failures_at_worst"]["mean"]
             for metric, entry in summary["continuation"].items()
         }
-    return found
+        for name, folder in evaluated.items()
+        for summary in [json.loads(folder.joinpath(SUMMARY).read_text())]
+    }
+
+
+@pytest.fixture(scope="module")
+def anchored(evaluated):
+    rows = {name: merged_rows(System.read(path)) for name, path in evaluated.items()}
+    ceilings = {row.sample_id: row.scores for row in rows["noise_ceiling"]}
+    floor = rows["copy_last"]
+    return {name: anchored_score(r, floor, ceilings).mean for name, r in rows.items()}
 
 
 @pytest.mark.slow
@@ -80,6 +102,15 @@ def test_knowing_more_overlaps_more(means):
     oracle, config, ceiling, typical, _, black = overlap
     assert oracle == config == 1.0
     assert 1.0 >= ceiling > typical > black == 0.0
+
+
+@pytest.mark.slow
+def test_knowing_more_ranks_higher(anchored):
+    assert anchored["oracle"] == anchored["config_oracle"]
+    assert anchored["copy_last"] == 0.0
+    assert anchored["noise_ceiling"] == 1.0
+    order = [anchored[name] for name, _ in ROWS if name != "copy_last"]
+    assert order[1] >= order[2] > order[3] > order[4]
 
 
 @pytest.mark.slow
