@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -31,6 +32,7 @@ LATEX: Final[Mapping[str, str]] = MappingProxyType(
         "\n": " ",
     }
 )
+MINUS: Final = re.compile(r"(?<!\w)-(?=\d)")  # of a number, where a hyphen is too short
 
 
 @dataclass(frozen=True)
@@ -77,16 +79,16 @@ def plain(table: Table) -> str:
 
 def markdown(table: Table) -> str:
     """Write a table as GitHub Markdown."""
-    lines = [f"**{_md(table.title)}**", ""]
+    lines = [f"**{escape_markdown(table.title)}**", ""]
     rules = ["---"] * table.texts + ["--:"] * (len(table.columns) - table.texts)
-    lines += [_pipes(map(_md, table.columns)), _pipes(rules)]
+    lines += [_pipes(map(escape_markdown, table.columns)), _pipes(rules)]
     for group in table.groups:
         if group.heading:
             blank = [""] * (len(table.columns) - 1)
-            lines.append(_pipes([f"*{_md(group.heading)}*", *blank]))
-        lines += [_pipes(map(_md, row)) for row in group.rows]
+            lines.append(_pipes([f"*{escape_markdown(group.heading)}*", *blank]))
+        lines += [_pipes(map(escape_markdown, row)) for row in group.rows]
     for note in table.notes:
-        lines += ["", _md(note)]
+        lines += ["", escape_markdown(note)]
     return "\n".join(lines) + "\n"
 
 
@@ -96,7 +98,7 @@ def latex(table: Table) -> str:
     lines = [
         r"\begin{table*}",
         r"\centering",
-        rf"\caption{{{escape('. '.join((table.title, *table.notes)))}}}",
+        rf"\caption{{{escape(' '.join((f'{table.title}.', *table.notes)))}}}",
         rf"\label{{tab:{table.name}}}",
         r"\resizebox{\textwidth}{!}{%",
         rf"\begin{{tabular}}{{{'l' * table.texts}{'r' * (count - table.texts)}}}",
@@ -127,7 +129,8 @@ def csv_text(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return buffer.getvalue()
 
 
-def _md(text: str) -> str:
+def escape_markdown(text: str) -> str:
+    """Text as Markdown shows it."""
     plain = text.replace("\\", "\\\\").replace("|", "\\|").replace("\n", " ")
     for letter in "*_<`":
         plain = plain.replace(letter, f"\\{letter}")
@@ -139,4 +142,10 @@ def _pipes(cells: "map[str] | Sequence[str]") -> str:
 
 
 def _ampersands(cells: Sequence[str]) -> str:
-    return " & ".join(map(escape, cells)) + r" \\"
+    """A row; a cell that starts with a bracket is no option of the line before."""
+    first = "{}" if cells[0].startswith(("[", "*")) else ""
+    return first + " & ".join(map(_cell, cells)) + r" \\"
+
+
+def _cell(text: str) -> str:
+    return MINUS.sub("$-$", escape(text))

@@ -158,14 +158,14 @@ def numbers_rows(board: Board, found: Iterable[Entry]) -> list[list[object]]:
 
 def number(value: float | None) -> str:
     """A number as tables show it."""
-    return NONE if value is None else f"{value:.3f}"
+    return NONE if value is None else f"{value:z.3f}"
 
 
 def bounds(interval: Interval) -> str:
     """An interval as tables show it."""
     if interval.low is None or interval.high is None:
         return NONE
-    return f"[{interval.low:.3f}, {interval.high:.3f}]"
+    return f"[{number(interval.low)}, {number(interval.high)}]"
 
 
 def failures_text(covers: Sequence[Coverage]) -> str:

@@ -24,6 +24,7 @@ from mpmworlds.baselines.report.table import (
 from mpmworlds.baselines.report.tables import (
     NUMBERS_HEADER,
     by_metric,
+    escape_markdown,
     numbers_rows,
     overview,
     ranking_table,
@@ -189,7 +190,7 @@ def _write_tables(
 ) -> None:
     tables = [table for section in sections for table in section.tables]
     text = "\n".join(
-        ["# Report\n", *(f"- {note}" for note in notes), ""]
+        ["# Report\n", *(f"- {escape_markdown(note)}" for note in notes), ""]
         + [markdown(table) for table in (*tables, *others)]
     )
     write_atomically(out / "report.md", text.encode())
