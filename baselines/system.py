@@ -1,7 +1,7 @@
 """One system as reports compare it: who predicted, told what, on which split."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
@@ -23,6 +23,18 @@ class ComparisonError(ValueError):
     """Results that cannot be compared as they are."""
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a summary says of its evaluation."""
+
+    samples: int
+    """How many samples have results."""
+    expected: int
+    """How many should have."""
+    troubles: Mapping[str, str]
+    """Samples of which nothing could be said, and why."""
+
+
 @dataclass(frozen=True, eq=False)
 class System:
     """Results of one predictor in one regime on one split, all of them."""
@@ -35,6 +47,8 @@ class System:
     """What its results have in common."""
     results: tuple[Result, ...]
     """All candidates of all samples."""
+    told: Told | None = None
+    """What its summary says; None if there is none."""
 
     @classmethod
     def read(cls, folder: Path, name: str = "") -> Self:
@@ -54,7 +68,9 @@ class System:
                 "--out` has written"
             )
         provenance, results = read_results(path)
-        system = cls(name or provenance.predictor, folder, provenance, tuple(results))
+        name = name or provenance.predictor
+        told = _told(folder / SUMMARY)
+        system = cls(name, folder, provenance, tuple(results), told)
         system._hold_to_whole_samples()
         system._hold_to_summary()
         return system
@@ -132,18 +148,25 @@ class System:
 
     def _hold_to_summary(self) -> None:
         """Raise if results were added after the summary: a run that was stopped."""
-        path = self.folder / SUMMARY
-        if not path.is_file():
-            return
-        try:
-            told = json.loads(path.read_text("utf-8"))["samples"]
-        except (ValueError, LookupError, TypeError) as error:
-            raise ComparisonError(f"{path}: is no summary ({error})") from error
-        if told != len(self.samples):
+        if self.told is not None and self.told.samples != len(self.samples):
             raise ComparisonError(
                 f"{self.folder}: incomplete: {len(self.samples)} samples in {RESULTS}, "
-                f"{told} in {SUMMARY}; evaluate again to go on"
+                f"{self.told.samples} in {SUMMARY}; evaluate again to go on"
             )
+
+
+def _told(path: Path) -> Told | None:
+    if not path.is_file():
+        return None
+    try:
+        summary = json.loads(path.read_text("utf-8"))
+        return Told(
+            int(summary["samples"]),
+            int(summary["expected"]),
+            dict(summary["troubles"]),
+        )
+    except (ValueError, LookupError, TypeError) as error:
+        raise ComparisonError(f"{path}: is no summary ({error!r})") from error
 
 
 def hold_together(systems: Sequence[System]) -> None:

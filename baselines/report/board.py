@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeAlias
 
+from mpmworlds.baselines.results import SUMMARY
 from mpmworlds.baselines.system import (
     ComparisonError,
     System,
@@ -14,9 +15,21 @@ from mpmworlds.baselines.system import (
     hold_together,
 )
 from mpmworlds.loaders.regimes import REGIMES
+from mpmworlds.metrics.reduction import FRAMERATE
 
-Lists: TypeAlias = Mapping[tuple[str, str], Sequence[str]]
-"""Configuration and split -> ids of its samples in the release."""
+
+@dataclass(frozen=True)
+class Split:
+    """What a release tells of a split."""
+
+    ids: Sequence[str]
+    """Its samples."""
+    framerate: int
+    """Frames per second of its clips, as they are evaluated [1/s]."""
+
+
+Splits: TypeAlias = Mapping[tuple[str, str], Split]
+"""Configuration and split -> what the release tells of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +46,10 @@ class Board:
     """Label -> samples in the results, more than are compared if only common ones
     are."""
     expected: int
-    """Samples of the split; without a release: those that any system has."""
+    """Samples of the split; without a release: as many as any system has or its
+    summary expects."""
+    framerate: int = FRAMERATE
+    """Frames per second of its clips [1/s]; without a release: that of metrics."""
 
     @property
     def name(self) -> str:
@@ -44,6 +60,35 @@ class Board:
     def samples(self) -> list[str]:
         """Samples that are compared, sorted."""
         return list(self.systems[0].samples)
+
+    def complete(self, system: System) -> bool:
+        """Whether there are results of all samples of the split."""
+        troubled = system.told is not None and bool(system.told.troubles)
+        return self.evaluated[system.label] == self.expected and not troubled
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """What is missing of the evaluations, a line for each that lacks something."""
+        return [text for text in map(self._lacking, self.systems) if text]
+
+    def _lacking(self, system: System) -> str:
+        start = f"{system.label} on {system.provenance.split}"
+        if self.complete(system):
+            untold = (
+                f"{start}: no {SUMMARY} beside its results, so that its evaluation may "
+                "not have ended."
+            )
+            return untold if system.told is None else ""
+        text = (
+            f"{start}: INCOMPLETE, results of {self.evaluated[system.label]} of "
+            f"{self.expected} samples"
+        )
+        troubles = sorted((system.told.troubles if system.told else {}).items())
+        if not troubles:
+            return f"{text}."
+        sample, reason = troubles[0]
+        more = f" and {len(troubles) - 1} more" if troubles[1:] else ""
+        return f"{text}; nothing can be said of {sample}{more}: {reason.rstrip('.')}."
 
     @cached_property
     def ceilings(self) -> dict[str, dict[str, float]]:
@@ -65,8 +110,10 @@ class Coverage:
     """Samples of the split."""
     compared: int
     """Samples that the numbers are of."""
+    complete: bool
+    """Whether there is a result of every sample."""
     valid: int
-    """Those of them whose chosen candidate was scored."""
+    """Those that are compared whose chosen candidate was scored."""
     failures: Mapping[str, int]
     """Outcome -> samples that failed so."""
 
@@ -79,6 +126,7 @@ def coverage(board: Board, system: System, metric: str) -> Coverage:
         evaluated=board.evaluated[system.label],
         expected=board.expected,
         compared=len(system.samples),
+        complete=board.complete(system),
         valid=valid,
         failures=dict(sorted(outcomes.items())),
     )
@@ -104,7 +152,7 @@ def read_systems(named: Iterable[str]) -> list[System]:
 
 
 def boards(
-    systems: Sequence[System], lists: Lists | None = None, *, common: bool = False
+    systems: Sequence[System], splits: Splits | None = None, *, common: bool = False
 ) -> list[Board]:
     """Divide systems by configuration and split.
 
@@ -112,8 +160,8 @@ def boards(
     ----------
     systems
         What to compare.
-    lists
-        Samples of the splits, where a release tells them.
+    splits
+        The splits, where a release tells of them.
     common
         Compare over the samples that all systems of a split have, instead of asking
         for the same samples.
@@ -136,7 +184,7 @@ def boards(
             raise ComparisonError(_twice(group[system.label], system))
         group[system.label] = system
     return [
-        _board(key, list(group.values()), (lists or {}).get(key), common)
+        _board(key, list(group.values()), (splits or {}).get(key), common)
         for key, group in sorted(groups.items())
     ]
 
@@ -144,11 +192,11 @@ def boards(
 def _board(
     key: tuple[str, str],
     systems: Sequence[System],
-    listed: Sequence[str] | None,
+    split: Split | None,
     common: bool,
 ) -> Board:
     found = set[str]().union(*(system.samples for system in systems))
-    known = found if listed is None else set(listed)
+    known = found if split is None else set(split.ids)
     if found - known:
         raise ComparisonError(
             f"{'/'.join(key)}: results have {min(found - known)}, which is no "
@@ -167,7 +215,9 @@ def _board(
         _hold_to_list(systems[0], known)
         compared = list(systems)
     evaluated = {system.label: len(system.samples) for system in systems}
-    return Board(*key, tuple(compared), evaluated, len(known))
+    expected = max([len(known), *(s.told.expected for s in systems if s.told)])
+    framerate = split.framerate if split else FRAMERATE
+    return Board(*key, tuple(compared), evaluated, expected, framerate)
 
 
 def _hold_to_list(system: System, known: set[str]) -> None:

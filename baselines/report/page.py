@@ -19,7 +19,7 @@ from mpmworlds.baselines.report.table import Table
 from mpmworlds.baselines.results import CLIPS
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.metrics import SCORED
-from mpmworlds.metrics.reduction import FRAMERATE, prefix_length
+from mpmworlds.metrics.reduction import prefix_length
 
 SOURCES: Final = ("index.html", "report.css", "report.js", "samples.js")
 DIGITS: Final = 4  # of a curve on the page: less than a pixel
@@ -69,8 +69,6 @@ def write_page(
             {"name": m.name, "paper": m.paper_name, "direction": m.direction}
             for m in SCORED.values()
         ],
-        "framerate": FRAMERATE,
-        "first": prefix_length(FRAMERATE),
         "notes": list(notes),
         "tables": [asdict(table) for table in others],
         "sections": [],
@@ -102,6 +100,8 @@ def _section(key: str, section: Section) -> dict[str, Any]:
                 "label": system.label,
                 "colour": look[system.label].colour,
                 "dash": look[system.label].dash,
+        "framerate": board.framerate,
+        "first": prefix_length(board.framerate),
                 "clips": system.label in with_clips,
             }
             for system in board.systems

@@ -14,7 +14,7 @@ from mpmworlds.baselines.slices import parts
 from mpmworlds.baselines.system import System
 from mpmworlds.metrics import METRICS, SCORED, Interval, collapsed_share
 from mpmworlds.metrics import normalised_scores as normalise
-from mpmworlds.metrics.reduction import FRAMERATE, prefix_length
+from mpmworlds.metrics.reduction import prefix_length
 
 TOLD, UNTOLD = "full_config", "no_materials"
 AVERAGE: Final = "average"
@@ -74,7 +74,7 @@ def lines(board: Board) -> list[Line]:
             if not curves:
                 continue
             values = np.array(_equally_long(system, metric, curves))
-            seconds = _seconds(system, values.shape[1])
+            seconds = _seconds(system, values.shape[1], board.framerate)
             found.append(_line(system, metric, seconds, values))
             if metric == "collapse":
                 share = collapsed_share(list(values))
@@ -175,15 +175,15 @@ def _equally_long(
     return curves
 
 
-def _seconds(system: System, count: int) -> npt.NDArray[np.float64]:
+def _seconds(system: System, count: int, framerate: int) -> npt.NDArray[np.float64]:
     """Times of a curve, whose last value belongs to the last frame."""
     frames = max(
         len(curve)
         for result in system.results
         for curve in (result.curves or {}).values()
     )
-    first = prefix_length(FRAMERATE) + frames - count
-    return (first + np.arange(count)) / FRAMERATE
+    first = prefix_length(framerate) + frames - count
+    return (first + np.arange(count)) / framerate
 
 
 def _line(

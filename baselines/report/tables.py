@@ -9,15 +9,18 @@ from mpmworlds.baselines.report.paper import Paper, PaperRow
 from mpmworlds.baselines.report.rank import Ranking
 from mpmworlds.baselines.report.table import NONE, Group, Table
 from mpmworlds.baselines.system import System
-from mpmworlds.metrics import SCORED, Interval, Metric, Summary
+from mpmworlds.metrics import CONSTANTS, SCORED, Interval, Metric, Summary
 
 ARROWS: Final = {"up": "↑", "down": "↓"}
 SYSTEM_COLUMNS: Final = ("system", "regime", "evaluated", "valid", "failures")
 NUMBERS_HEADER: Final = (
     *("config", "split", "system", "regime", "knows_answers", "evaluated"),
-    *("expected", "compared", "valid", "failures", "metric", "direction", "scale"),
+    *("expected", "complete", "compared", "valid", "failures"),
+    *("metric", "direction", "scale"),
     *("summary", "mean", "sem", "n", "families", "low", "high"),
 )
+
+_INTERVALS: Final = f"No interval below {CONSTANTS.bootstrap_min_families} families."
 
 
 def heading(metric: Metric) -> str:
@@ -32,11 +35,8 @@ def overview(
     """All metrics of all systems in the three summaries; None without ceilings."""
     if all(entry.summary(scale) is None for entry in found):
         return None
-    groups = [
-        Group(title, tuple(_means(board, found, scale, kind)))
-        for kind, title in KINDS.items()
-    ]
-    notes = [_reading(board)]
+    groups = _summaries(board, found, scale)
+    notes = [*board.warnings, _reading(board)]
     if scale == "raw":
         rows = paper.rows_for(board.split)
         told = f"{paper.title}, {paper.source}: other samples, for orientation only"
@@ -75,7 +75,7 @@ def by_metric(board: Board, found: Sequence[Entry]) -> list[Table]:
                 columns=(*SYSTEM_COLUMNS, *columns),
                 groups=tuple(groups),
                 texts=len(SYSTEM_COLUMNS),
-                notes=(_reading(board),),
+                notes=(*board.warnings, _reading(board)),
             )
         )
     return tables
@@ -112,7 +112,7 @@ def ranking_table(board: Board, ranking: Ranking, found: Sequence[Entry]) -> Tab
         ),
         groups=(Group("", tuple(rows)),),
         texts=3,
-        notes=(ranking.missing or reading,),
+        notes=(*board.warnings, ranking.missing or f"{reading} {_families(ranking)}"),
     )
 
 
@@ -143,7 +143,8 @@ def numbers_rows(board: Board, found: Iterable[Entry]) -> list[list[object]]:
         start = [
             *(board.config, board.split, entry.system.name, origin.regime),
             *(str(origin.knows_answers).lower(), cover.evaluated, cover.expected),
-            *(cover.compared, cover.valid, failures_text([cover])),
+            *(str(cover.complete).lower(), cover.compared, cover.valid),
+            failures_text([cover]),
             *(entry.metric.name, entry.metric.direction),
         ]
         for scale in SCALES:
@@ -172,7 +173,7 @@ def failures_text(covers: Sequence[Coverage]) -> str:
     """Failures by outcome; a range where metrics choose other candidates."""
     outcomes = sorted(set().union(*(cover.failures for cover in covers)))
     told = [
-        f"{_span([cover.failures.get(outcome, 0) for cover in covers])} {outcome}"
+        f"{span([cover.failures.get(outcome, 0) for cover in covers])} {outcome}"
         for outcome in outcomes
     ]
     return ", ".join(told) or "none"
@@ -191,18 +192,29 @@ def _who(system: System, found: Sequence[Entry]) -> tuple[str, ...]:
     share = [f"{cover.valid / cover.compared:.1%}" for cover in covers]
     low, high = (share[valid.index(end)] for end in (min(valid), max(valid)))
     answers = " (knows the answers)" if system.provenance.knows_answers else ""
+    lacking = "" if covers[0].complete else " (incomplete)"
     return (
-        system.name + answers,
+        system.name + answers + lacking,
         system.provenance.regime,
         f"{covers[0].evaluated}/{covers[0].expected}",
-        f"{_span(valid)} ({low if low == high else f'{low} to {high}'})",
+        f"{span(valid)} ({low if low == high else f'{low} to {high}'})",
         failures_text(covers),
     )
 
 
-def _span(counts: Sequence[int]) -> str:
+def span(counts: Sequence[int]) -> str:
+    """Counts as tables show them: one number, or from the least to the greatest."""
     low, high = min(counts), max(counts)
     return str(low) if low == high else f"{low} to {high}"
+
+
+def _summaries(board: Board, found: Sequence[Entry], scale: str) -> list[Group]:
+    """The three summaries; those with the same rows, as without failures, at once."""
+    titles: dict[tuple[tuple[str, ...], ...], list[str]] = {}
+    for kind, title in KINDS.items():
+        rows = tuple(_means(board, found, scale, kind))
+        titles.setdefault(rows, []).append(title)
+    return [Group(" = ".join(told), rows) for rows, told in titles.items()]
 
 
 def _means(
@@ -213,7 +225,7 @@ def _means(
         intervals = [_interval(entry.summary(scale), kind) for entry in mine]
         yield (
             *_who(system, mine),
-            _span([interval.n for interval in intervals]),
+            span([interval.n for interval in intervals]),
             *map(_mean, intervals),
         )
 
@@ -254,9 +266,13 @@ def _paper_notes(rows: Sequence[PaperRow]) -> list[str]:
 def _reading(board: Board) -> str:
     return (
         "Evaluated: samples with a result, of those in the split. Paired: over the "
-        f"samples on which all {len(board.systems)} systems are valid. No interval "
-        "below 10 families."
+        f"samples on which all {len(board.systems)} systems are valid. {_INTERVALS}"
     )
+
+
+def _families(ranking: Ranking) -> str:
+    counts = span([place.score.families for place in ranking.places])
+    return f"The samples are of {counts} families. {_INTERVALS}"
 
 
 def _name(board: Board) -> str:

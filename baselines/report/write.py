@@ -1,13 +1,19 @@
 """Results -> a folder with the whole report."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from mpmworlds.baselines.provenance import release_sha256
-from mpmworlds.baselines.report.board import Board, boards, read_systems
+from mpmworlds.baselines.report.board import (
+    Board,
+    Split,
+    Splits,
+    boards,
+    read_systems,
+)
 from mpmworlds.baselines.report.clips import write_clips
 from mpmworlds.baselines.report.figures import MISSING, drawn, render
 from mpmworlds.baselines.report.numbers import Entry, entries
@@ -33,6 +39,7 @@ from mpmworlds.baselines.report.tables import (
 from mpmworlds.baselines.results import CLIPS, SUMMARY
 from mpmworlds.baselines.system import ComparisonError, System
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.metrics.reduction import reduced_framerate
 from mpmworlds.loaders.load import Examples, load
 
 SCHEMA: Final = "mpmworlds-report/1"
@@ -83,9 +90,9 @@ def write_report(
     """
     systems = read_systems(results)
     examples = _examples(release, systems) if release else {}
-    lists = {key: list(some.table["id"]) for key, some in examples.items()}
-    found = boards(systems, lists, common=common)
-    notes = _notes(systems, found, release)
+    found = boards(systems, _splits(examples), common=common)
+    notes = _notes(found, release)
+    folder = Folder(out)
     sections, numbers, data = [], [], []
     for board in found:
         # First, since a clip may turn out to be none.
@@ -138,15 +145,22 @@ def _examples(
     }
 
 
-def _notes(
-    systems: Sequence[System], found: Sequence[Board], release: Path | None
-) -> list[str]:
-    notes = [
-        f"{system.label} on {system.provenance.split}: no {SUMMARY} beside its "
-        "results, so that its evaluation may not have ended"
-        for system in systems
-        if not (system.folder / SUMMARY).is_file()
-    ]
+def _splits(examples: Mapping[tuple[str, str], Examples]) -> Splits:
+    """What the splits tell of their samples, which have one frame rate in common."""
+    found = {}
+    for key, some in examples.items():
+        rates = sorted(set(map(reduced_framerate, some.table["framerate"])))
+        if len(rates) != 1:
+            raise ComparisonError(
+                f"{'/'.join(key)}: clips have {rates} frames per second, must be one "
+                "rate, since curves share an axis; divide the split"
+            )
+        found[key] = Split(list(some.table["id"]), rates[0])
+    return found
+
+
+def _notes(found: Sequence[Board], release: Path | None) -> list[str]:
+    notes = [warning for board in found for warning in board.warnings]
     if release is None:
         notes.append("no release was named: expected are the samples of any system")
     for board in found:

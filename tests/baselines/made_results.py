@@ -81,5 +81,15 @@ def write(folder, samples, **changes):
     with ResultsFile(folder / "results.jsonl", replace(PROVENANCE, **told)) as file:
         for candidates in samples:
             file.append(candidates)
-    (folder / "summary.json").write_text(json.dumps({"samples": len(samples)}))
+    summarise(folder, len(samples))
     return folder
+
+
+def summarise(folder, samples, expected=None, troubles=None):
+    """Write what a report reads of the summary of an evaluation."""
+    summary = {
+        "samples": samples,
+        "expected": expected or samples,
+        "troubles": troubles or {},
+    }
+    (folder / "summary.json").write_text(json.dumps(summary))

@@ -135,7 +135,7 @@ function scoresTable(sample, shown) {
 }
 
 function timeOf(frame) {
-  return (frame + 0.5) / page.report.framerate;
+  return (frame + 0.5) / page.section.framerate;
 }
 
 function seek(frame) {
@@ -145,8 +145,8 @@ function seek(frame) {
 }
 
 function showFrame() {
-  const number = page.report.first + state.frame;
-  const seconds = (number / page.report.framerate).toFixed(2);
+  const number = page.section.first + state.frame;
+  const seconds = (number / page.section.framerate).toFixed(2);
   document.getElementById("scrub").value = String(state.frame);
   document.getElementById("time").value = `${seconds} s, frame ${number}`;
   const cursor = document.querySelector("#curve .cursor");
@@ -159,7 +159,7 @@ function showFrame() {
 
 function play() {
   if (state.frame >= frameCount() - 1) seek(0);
-  state.started = performance.now() - (1000 * state.frame) / page.report.framerate;
+  state.started = performance.now() - (1000 * state.frame) / page.section.framerate;
   document.getElementById("play").textContent = "pause";
   requestAnimationFrame(tick);
 }
@@ -174,7 +174,7 @@ function stop() {
 function tick(now) {
   if (state.started === null) return;
   const seconds = (now - state.started) / 1000;
-  state.frame = Math.max(0, Math.floor(seconds * page.report.framerate));
+  state.frame = Math.max(0, Math.floor(seconds * page.section.framerate));
   if (state.frame >= frameCount() - 1) {
     stop();
     seek(frameCount() - 1);
@@ -219,7 +219,7 @@ function drawCurves() {
       drawing("line", { class: "axis", x1: VIEW.left, x2: VIEW.width - VIEW.right, y1: y, y2: y }),
       drawing("text", { x: VIEW.left - 6, y: y + 4, "text-anchor": "end" }, String(share * top)));
   }
-  const { first, framerate } = page.report;
+  const { first, framerate } = page.section;
   for (let second = Math.ceil(first / framerate); second * framerate < first + frames; second += 1) {
     const x = across(second * framerate - first);
     picture.append(drawing("text", { x, y: bottom + 18, "text-anchor": "middle" }, `${second} s`));

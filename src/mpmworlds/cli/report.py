@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DONE, new_verb
+from mpmworlds.cli.common import DONE, new_verb, say
 
 GATE = "gate.json"
 
@@ -81,5 +81,7 @@ def report(options: argparse.Namespace) -> int:
     written = write_report(
         options.results, options.out, options.release, common=options.common
     )
+    for note in written.data["notes"]:
+        say(note)
     print(json.dumps(written.data) if options.json else written.text, end="")
     return DONE

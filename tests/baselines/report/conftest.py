@@ -84,7 +84,7 @@ def clip_folders(release, corpus, tmp_path_factory):
     clips.mkdir()
     for sample in samples:
         mirrored = corpus.frames[sample][6:, :, ::-1]
-        (clips / f"{sample}.mp4").write_bytes(encode_unchecked(mirrored, 15))
+        (clips / f"{sample}.mp4").write_bytes(encode_unchecked(mirrored, 2))
     return folders
 
 

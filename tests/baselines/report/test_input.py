@@ -1,12 +1,10 @@
 """What cannot be compared is refused in a line that says what to do."""
 
-import json
-
 import pytest
 
-from mpmworlds.baselines.report.board import boards, read_systems
+from mpmworlds.baselines.report.board import Split, boards, read_systems
 from mpmworlds.baselines.report.write import write_report
-from tests.baselines.made_results import result, write
+from tests.baselines.made_results import result, summarise, write
 
 
 def alone(*samples):
@@ -97,9 +95,14 @@ def test_run_that_was_stopped_in_a_sample(command, tmp_path):
 
 
 def test_run_that_went_on_after_its_summary(command, first, tmp_path):
-    (first / "summary.json").write_text(json.dumps({"samples": 1}))
+    summarise(first, 1)
     line = refused(command, tmp_path, first)
     assert "incomplete: 2 samples in results.jsonl, 1 in summary.json" in line
+
+
+def test_summary_that_is_none(command, first, tmp_path):
+    (first / "summary.json").write_text("{}")
+    assert "summary.json: is no summary" in refused(command, tmp_path, first)
 
 
 def test_run_without_a_summary_is_noted(first, tmp_path, monkeypatch):
@@ -111,17 +114,17 @@ def test_run_without_a_summary_is_noted(first, tmp_path, monkeypatch):
 
 def test_results_of_less_than_the_split_are_incomplete(first):
     (system,) = read_systems([str(first)])
-    lists = {("tiny", "test"): ["p0001", "p0002", "p0003"]}
+    splits = {("tiny", "test"): Split(["p0001", "p0002", "p0003"], 15)}
     with pytest.raises(ValueError, match="incomplete: 2 of 3 samples of the split, p0"):
-        boards([system], lists)
-    (board,) = boards([system], lists, common=True)
+        boards([system], splits)
+    (board,) = boards([system], splits, common=True)
     assert (len(board.samples), board.expected) == (2, 3)
 
 
 def test_results_of_another_split_than_the_release_has(first):
     (system,) = read_systems([str(first)])
     with pytest.raises(ValueError, match="have p0002, which is no sample of it"):
-        boards([system], {("tiny", "test"): ["p0001"]})
+        boards([system], {("tiny", "test"): Split(["p0001"], 15)})
 
 
 def test_other_release_than_the_results_are_of(command, first, release, tmp_path):

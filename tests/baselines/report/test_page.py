@@ -184,9 +184,10 @@ def test_page_sorts_and_plays_in_sync_from_a_disk(clip_report, tmp_path):
     assert told["errors"] == []
     assert told["ascending"] == [0.5, 0.75]
     assert told["descending"] == [0.75, 0.5]
-    # Reference, prediction and difference stand at the middle of frame 1.
-    assert told["videos"] == [[pytest.approx(0.1), 64]] * 3
-    assert told["time"] == "2.60 s, frame 39"
+    # Reference, prediction and difference stand at the middle of frame 1 of a
+    # continuation at 2 frames per second, after a prefix of 6 frames.
+    assert told["videos"] == [[pytest.approx(1.5 / 2), 64]] * 3
+    assert told["time"] == "3.50 s, frame 7"
     assert told["cursor"]
     assert told["figures"] == 5
     assert told["playing"] == "pause"
