@@ -1,7 +1,8 @@
 """Clips that a browser plays: references, predictions, and what differs."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -10,18 +11,18 @@ import numpy as np
 from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
 from mpmworlds.baselines.report.board import Board
+from mpmworlds.baselines.report.folder import Folder
 from mpmworlds.baselines.results import CLIPS
 from mpmworlds.baselines.system import ComparisonError, System
-from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.scratch import Scratch
 from mpmworlds.loaders.load import Examples
-from mpmworlds.metrics.reduction import FRAMERATE, Frames
+from mpmworlds.metrics.reduction import Frames
 from mpmworlds.sim.run.encode import decode_mp4
 
 BT601: Final = 6  # its number among the colour spaces of a stream
 # Browsers' decoders in hardware, Safari and Windows play 4:2:0 only. The bytes of x264
-# depend on its thread count; a key frame each second makes scrubbing smooth.
-X264: Final = {"preset": "medium", "crf": "18", "g": str(FRAMERATE), "threads": "1"}
+# depend on its thread count.
+X264: Final = {"preset": "medium", "crf": "18", "threads": "1"}
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class SampleClips:
 
 
 def write_clips(
-    board: Board, folder: Path, out: Path, examples: Examples | None
+    board: Board, folder: Folder, examples: Examples | None
 ) -> dict[str, SampleClips]:
     """Write the clips of a board, those of the samples that any system has clips of.
 
@@ -46,9 +47,7 @@ def write_clips(
     board
         Whose samples.
     folder
-        Where to, below `out`.
-    out
-        Folder of the page.
+        Where to.
     examples
         The split as a release has it; without it there are no references.
 
@@ -62,34 +61,45 @@ def write_clips(
     ComparisonError
         If a clip cannot be read, or is of another size or length than its reference.
     """
-    places = (
-        dict(zip(examples.table["id"], range(len(examples)), strict=True))
-        if (examples is not None)
-        else {}
-    )
+    names = [] if examples is None else examples.table["id"]
+    places = {name: place for place, name in enumerate(names)}
     written = {}
     for number, sample in enumerate(board.samples, 1):
         paths = dict(_clips_of(board, sample))
         if not paths and examples is None:
             continue
-        reference = None
-        clips = SampleClips()
-        start = folder / f"{number:04d}"
-        if examples is not None:
-            reference = examples[places[sample]].continuation
-            clips = SampleClips(_write(start, "reference", reference, out))
-        for place, system in enumerate(board.systems, 1):
-            if system.label not in paths:
-                continue
-            frames = _read(paths[system.label])
-            name = f"{place:02d}"
-            clips.predictions[system.label] = _write(start, name, frames, out)
-            if reference is not None:
-                apart = _difference(frames, reference, paths[system.label])
-                differing = _write(start, f"{name}-difference", apart, out)
-                clips.differences[system.label] = differing
-        written[sample] = clips
+        reference = None if examples is None else examples[places[sample]].continuation
+        start = f"{CLIPS}/{board.config}-{board.split}/{number:04d}"
+        write = partial(_write, folder, start, board.framerate)
+        written[sample] = _write_sample(board, paths, reference, write)
     return written
+
+
+def _write_sample(
+    board: Board,
+    paths: Mapping[str, Path],
+    reference: Frames | None,
+    write: Callable[[str, Frames], str],
+) -> SampleClips:
+    clips = SampleClips(write("reference", reference) if reference is not None else "")
+    for place, system in enumerate(board.systems, 1):
+        if system.label not in paths:
+            continue
+        name, path = f"{place:02d}", paths[system.label]
+        frames = _read(path)
+        clips.predictions[system.label] = write(name, frames)
+        if reference is not None:
+            apart = _difference(frames, reference, path)
+            clips.differences[system.label] = write(f"{name}-difference", apart)
+    return clips
+
+
+def _write(
+    folder: Folder, start: str, framerate: int, name: str, frames: Frames
+) -> str:
+    path = f"{start}/{name}.mp4"
+    folder.write(path, preview_mp4(frames, framerate))
+    return path
 
 
 def preview_mp4(frames: Frames, framerate: int) -> bytes:
@@ -104,7 +114,10 @@ def preview_mp4(frames: Frames, framerate: int) -> bytes:
         path = scratch.path / "clip.mp4"
         options = {"movflags": "+faststart", "fflags": "+bitexact"}
         with av.open(str(path), "w", format="mp4", options=options) as container:
-            stream = container.add_stream("libx264", rate=framerate, options=X264)
+            scrubbing = {"g": str(framerate)}  # a key frame each second keeps it smooth
+            stream = container.add_stream(
+                "libx264", rate=framerate, options=X264 | scrubbing
+            )
             _, stream.height, stream.width, _ = frames.shape
             stream.pix_fmt = "yuv420p"
             codec = stream.codec_context
@@ -154,9 +167,3 @@ def _difference(frames: Frames, reference: Frames, path: Path) -> Frames:
             "the continuation; save clips as they were evaluated"
         )
     return np.maximum(frames, reference) - np.minimum(frames, reference)
-
-
-def _write(start: Path, name: str, frames: Frames, out: Path) -> str:
-    path = start / f"{name}.mp4"
-    write_atomically(path, preview_mp4(frames, FRAMERATE))
-    return path.relative_to(out).as_posix()

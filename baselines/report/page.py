@@ -8,16 +8,16 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
-from pathlib import Path
 from typing import Any, Final
 
 from mpmworlds.baselines.report.board import Board
 from mpmworlds.baselines.report.clips import SampleClips
+from mpmworlds.baselines.report.folder import Folder
 from mpmworlds.baselines.report.look import looks
 from mpmworlds.baselines.report.rank import Ranking
 from mpmworlds.baselines.report.table import Table
 from mpmworlds.baselines.results import CLIPS
-from mpmworlds.files.atomic import write_atomically
+from mpmworlds.baselines.system import System
 from mpmworlds.metrics import SCORED
 from mpmworlds.metrics.reduction import prefix_length
 
@@ -42,7 +42,7 @@ class Section:
 
 
 def write_page(
-    out: Path,
+    folder: Folder,
     sections: Sequence[Section],
     others: Sequence[Table],
     notes: Sequence[str],
@@ -51,7 +51,7 @@ def write_page(
 
     Parameters
     ----------
-    out
+    folder
         Its folder; clips and figures are there already.
     sections
         What it shows, in this order.
@@ -61,9 +61,7 @@ def write_page(
         What one must know of the whole.
     """
     for name in SOURCES:
-        write_atomically(
-            out / name, files(__package__).joinpath("page", name).read_bytes()
-        )
+        folder.write(name, files(__package__).joinpath("page", name).read_bytes())
     page: dict[str, Any] = {
         "metrics": [
             {"name": m.name, "paper": m.paper_name, "direction": m.direction}
@@ -78,9 +76,9 @@ def write_page(
         page["sections"].append(_section(key, section))
         for number, sample in enumerate(section.board.samples, 1):
             told = _sample(section, sample)
-            path = out / "samples" / key / f"{number:04d}.js"
-            write_atomically(path, _script("onSample", told))
-    write_atomically(out / "data.js", _script("onReport", page))
+            path = f"samples/{key}/{number:04d}.js"
+            folder.write(path, _script("onSample", told))
+    folder.write("data.js", _script("onReport", page))
 
 
 def _script(function: str, data: Any) -> bytes:

@@ -16,6 +16,7 @@ from mpmworlds.baselines.report.board import (
 )
 from mpmworlds.baselines.report.clips import write_clips
 from mpmworlds.baselines.report.figures import MISSING, drawn, render
+from mpmworlds.baselines.report.folder import Folder
 from mpmworlds.baselines.report.numbers import Entry, entries
 from mpmworlds.baselines.report.page import Section, write_page
 from mpmworlds.baselines.report.paper import paper
@@ -36,7 +37,6 @@ from mpmworlds.baselines.report.tables import (
     ranking_table,
     statements_table,
 )
-from mpmworlds.baselines.results import CLIPS, SUMMARY
 from mpmworlds.baselines.system import ComparisonError, System
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.metrics.reduction import reduced_framerate
@@ -71,7 +71,8 @@ def write_report(
         Folders of evaluations, `FOLDER` or `NAME=FOLDER`.
     out
         Folder to write to: `index.html`, `report.md`, `report.tex`, `numbers.csv`,
-        `report.json`, `figures/`.
+        `report.json`, `figures/`. What an earlier report has written there and this
+        one does not is removed; other files stay.
     release
         Folder of the release that the results are of: tells how many samples there
         are, and gives the references of the page.
@@ -96,27 +97,23 @@ def write_report(
     sections, numbers, data = [], [], []
     for board in found:
         # First, since a clip may turn out to be none.
-        clips = write_clips(
-            board,
-            out / CLIPS / f"{board.config}-{board.split}",
-            out,
-            examples.get((board.config, board.split)),
-        )
+        clips = write_clips(board, folder, examples.get((board.config, board.split)))
         scored, ranking = entries(board), rank(board)
-        figures, missing = _figures(board, scored, out)
+        figures, missing = _figures(board, scored, folder)
         notes += [note for note in [missing] if note and note not in notes]
         tables = _tables(board, scored, ranking)
         sections.append(Section(board, ranking, tables, figures, clips))
         numbers += numbers_rows(board, scored)
         data.append(_data(board, scored, ranking))
     others = [statements_table(paper())]
-    _write_tables(out, sections, others, notes)
+    _write_tables(folder, sections, others, notes)
     numbers_csv = csv_text(NUMBERS_HEADER, numbers)
-    write_atomically(out / "numbers.csv", numbers_csv.encode())
+    folder.write("numbers.csv", numbers_csv.encode())
     whole = {"schema": SCHEMA, "notes": notes, "boards": data}
     text = json.dumps(whole, indent=2, allow_nan=False) + "\n"
-    write_atomically(out / "report.json", text.encode())
-    write_page(out, sections, others, notes)
+    folder.write("report.json", text.encode())
+    write_page(folder, sections, others, notes)
+    folder.finish()
     shown = [plain(section.tables[0]) for section in sections]
     return Written(whole, "\n".join([*shown, f"{out / 'index.html'}: written\n"]))
 
@@ -171,7 +168,7 @@ def _notes(found: Sequence[Board], release: Path | None) -> list[str]:
 
 
 def _figures(
-    board: Board, scored: Sequence[Entry], out: Path
+    board: Board, scored: Sequence[Entry], folder: Folder
 ) -> tuple[list[tuple[str, str]], str]:
     """Write the figures; their paths and captions, and why there are none."""
     written = []
@@ -182,7 +179,7 @@ def _figures(
         except ModuleNotFoundError:
             return [], MISSING
         for form, picture in pictures.items():
-            write_atomically(out / f"{start}.{form}", picture)
+            folder.write(f"{start}.{form}", picture)
         written.append((start, caption))
     return written, ""
 
@@ -197,7 +194,7 @@ def _tables(board: Board, scored: Sequence[Entry], ranking: Ranking) -> list[Tab
 
 
 def _write_tables(
-    out: Path,
+    folder: Folder,
     sections: Sequence[Section],
     others: Sequence[Table],
     notes: Sequence[str],
@@ -207,9 +204,9 @@ def _write_tables(
         ["# Report\n", *(f"- {escape_markdown(note)}" for note in notes), ""]
         + [markdown(table) for table in (*tables, *others)]
     )
-    write_atomically(out / "report.md", text.encode())
+    folder.write("report.md", text.encode())
     tex = "\n".join([PREAMBLE, *map(latex, (*tables, *others))])
-    write_atomically(out / "report.tex", tex.encode())
+    folder.write("report.tex", tex.encode())
 
 
 def _data(board: Board, scored: Sequence[Entry], ranking: Ranking) -> dict[str, Any]:
