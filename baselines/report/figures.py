@@ -15,6 +15,7 @@ from mpmworlds.baselines.report.numbers import Entry
 from mpmworlds.baselines.report.series import (
     AVERAGE,
     COLLAPSED,
+    CURVED,
     Line,
     Point,
     by_family,
@@ -22,9 +23,8 @@ from mpmworlds.baselines.report.series import (
     normalised,
     sensitivity,
 )
-from mpmworlds.baselines.report.tables import heading
+from mpmworlds.baselines.report.tables import heading, span
 from mpmworlds.metrics import METRICS, SCORED
-from mpmworlds.metrics.reduction import PREFIX_SECONDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,19 +51,20 @@ MISSING: Final = (
     "no figures, since matplotlib is missing: pip install 'mpmworlds[plots]'"
 )
 
+RIM: Final = "Where lines coincide, the lower ones show as a rim."
 Draw = Callable[["Figure"], None]
 
 
 def drawn(board: Board, found: Sequence[Entry]) -> Iterator[tuple[str, str, Draw]]:
     """Name, caption and drawing of every figure that there are numbers for."""
     scores = normalised(board, found)
-    look = looks(board.systems)
+    look = looks(board)
     if scores:
         caption = (
             "Means over valid samples; the last column is the normalised score, the "
             "mean of the seven metrics min-max scaled over the rows shown, up is good."
         )
-        yield "heat", caption, partial(_heat, found=found, scores=scores)
+        yield "heat", caption, partial(_heat, found=found, scores=scores, look=look)
     curves = lines(board)
     for name, metric, caption in (
         (
@@ -75,15 +76,16 @@ def drawn(board: Board, found: Sequence[Entry]) -> Iterator[tuple[str, str, Draw
     ):
         chosen = [line for line in curves if line.metric == metric]
         if chosen:
-            yield name, caption, partial(_single, some=chosen, look=look)
+            yield name, f"{caption} {RIM}", partial(_single, some=chosen, look=look)
     if curves:
-        caption = "Every metric over time: means of the valid samples."
+        caption = f"The metrics over time: means of the valid samples. {RIM}"
         yield "curves", caption, partial(_panels, curves=curves, look=look)
     points = by_family(board)
     if points:
         caption = (
             "By family of the materials in a sample: mean of the valid samples ± "
-            "standard error; a sample with several families is in each."
+            "standard error, none of a single sample; a sample with several families "
+            "is in each."
         )
         yield "families", caption, partial(_families, points=points, look=look)
     changes = sensitivity(board)
@@ -119,7 +121,12 @@ def render(draw: Draw) -> dict[str, bytes]:
     return data
 
 
-def _heat(figure: "Figure", found: Sequence[Entry], scores: dict[str, float]) -> None:
+def _heat(
+    figure: "Figure",
+    found: Sequence[Entry],
+    scores: dict[str, float],
+    look: Mapping[str, Look],
+) -> None:
     labels = sorted(scores, key=lambda label: (-scores[label], label))
     columns = [*METRICS.values()]
     means = {(e.system.label, e.metric.name): e.raw.valid.mean for e in found}
@@ -137,11 +144,18 @@ def _heat(figure: "Figure", found: Sequence[Entry], scores: dict[str, float]) ->
             axes.text(
                 column, row, f"{value:.3f}", ha="center", va="center", color=colour
             )
-    axes.set_yticks(range(len(labels)), labels)
+    names = [f"{look[label].name} ({_valid(found, label)})" for label in labels]
+    axes.set_yticks(range(len(labels)), names)
     axes.set_xticks(range(len(columns) + 1), [*map(heading, columns), "normalised ↑"])
     axes.axvline(len(columns) - 0.5, color="white", linewidth=4)
     axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
     axes.spines[:].set_visible(False)
+
+
+def _valid(found: Sequence[Entry], label: str) -> str:
+    """How many samples the means of a system are of."""
+    covers = [entry.coverage for entry in found if entry.system.label == label]
+    return f"n = {span([cover.valid for cover in covers])} of {covers[0].compared}"
 
 
 def _share(means: Any, labels: Sequence[str], label: str, metric: Any) -> float:
@@ -157,7 +171,7 @@ def _single(figure: "Figure", some: Sequence[Line], look: Mapping[str, Look]) ->
     axes = figure.add_subplot()
     for line in some:
         mine = look[line.system.label]
-        _plot(axes, line, mine, label=f"{line.system.label} (n = {line.n})")
+        _plot(axes, line, mine, label=f"{mine.name} (n = {line.n})")
         axes.fill_between(
             line.seconds,
             line.mean - line.sem,
@@ -169,22 +183,24 @@ def _single(figure: "Figure", some: Sequence[Line], look: Mapping[str, Look]) ->
     _time(axes)
     metric = some[0].metric
     axes.set_ylabel(heading(SCORED[metric]) if metric in SCORED else metric)
-    axes.set_ylim(bottom=0)
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
 
 
 def _panels(figure: "Figure", curves: Sequence[Line], look: Mapping[str, Look]) -> None:
-    figure.set_size_inches(10.5, 7.5)
-    grid = figure.subplots(3, 3, sharex=True)
-    for axes, metric in zip(grid.flat, SCORED.values(), strict=True):
+    columns = 4
+    rows = -(-len(CURVED) // columns)
+    figure.set_size_inches(12.0, 1.2 + 2.4 * rows)
+    grid = figure.subplots(rows, columns)
+    for axes, metric in zip(grid.flat, CURVED.values(), strict=False):
         for line in curves:
             if line.metric == metric.name:
-                label = line.system.label if metric.column == 0 else None
-                _plot(axes, line, look[line.system.label], label=label)
+                mine = look[line.system.label]
+                label = f"{mine.name} (n = {line.n})"
+                _plot(axes, line, mine, label if axes is grid.flat[0] else None)
         axes.set_title(heading(metric))
-        axes.set_ylim(bottom=0)
-    for axes in grid[-1]:
         _time(axes)
+    for axes in list(grid.flat)[len(CURVED) :]:
+        axes.set_visible(False)
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
 
 
@@ -194,13 +210,17 @@ def _plot(axes: "Axes", line: Line, look: Look, label: str | None) -> None:
         line.mean,
         color=look.colour,
         linestyle=(0, look.dash) if look.dash else "-",
+        linewidth=look.width,
         label=label,
     )
 
 
 def _time(axes: "Axes") -> None:
+    """Time across, from its first value on, and values up, with room for a 0."""
     axes.set_xlabel("time in the video [s]")
-    axes.set_xlim(left=PREFIX_SECONDS)
+    axes.margins(x=0)
+    _, high = axes.get_ylim()
+    axes.set_ylim(-0.04 * high, high)
 
 
 def _families(
@@ -210,6 +230,7 @@ def _families(
     shown = {point.system.label for point in points}
     seen = {label: mine for label, mine in look.items() if label in shown}
     families = sorted({point.family for point in points})
+    names = [_counted(points, family) for family in families]
     metrics = [m for m in (*METRICS, AVERAGE) if any(p.metric == m for p in points)]
     figure.set_size_inches(10.5, 1.8 + 2 * (0.5 + 0.09 * len(families) * len(seen)))
     grid = figure.subplots(2, 4, sharey=True)
@@ -231,10 +252,10 @@ def _families(
                 color=mine.colour,
                 markersize=4,
                 elinewidth=1,
-                label=label if metric == metrics[0] else None,
+                label=mine.name if metric == metrics[0] else None,
             )
         axes.set_title(_title(metric, changes=AVERAGE in metrics))
-        axes.set_yticks(range(len(families)), families)
+        axes.set_yticks(range(len(families)), names)
         axes.set_ylim(len(families) - 0.5, -0.5)
         axes.grid(axis="x", color="#E0E0E0")
         axes.set_axisbelow(True)
@@ -245,6 +266,11 @@ def _families(
     for axes in list(grid.flat)[len(metrics) :]:
         axes.set_visible(False)
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
+
+
+def _counted(points: Sequence[Point], family: str) -> str:
+    """A family with how many samples its means are of."""
+    return f"{family}\nn = {span([p.value.n for p in points if p.family == family])}"
 
 
 def _title(metric: str, *, changes: bool) -> str:

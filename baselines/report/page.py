@@ -15,7 +15,9 @@ from mpmworlds.baselines.report.clips import SampleClips
 from mpmworlds.baselines.report.folder import Folder
 from mpmworlds.baselines.report.look import looks
 from mpmworlds.baselines.report.rank import Ranking
+from mpmworlds.baselines.report.series import CURVED
 from mpmworlds.baselines.report.table import Table
+from mpmworlds.baselines.report.tables import heading
 from mpmworlds.baselines.results import CLIPS
 from mpmworlds.baselines.system import System
 from mpmworlds.metrics import SCORED
@@ -64,7 +66,12 @@ def write_page(
         folder.write(name, files(__package__).joinpath("page", name).read_bytes())
     page: dict[str, Any] = {
         "metrics": [
-            {"name": m.name, "paper": m.paper_name, "direction": m.direction}
+            {
+                "name": m.name,
+                "heading": heading(m),
+                "direction": m.direction,
+                "curve": m.name in CURVED,
+            }
             for m in SCORED.values()
         ],
         "notes": list(notes),
@@ -88,27 +95,33 @@ def _script(function: str, data: Any) -> bytes:
 
 def _section(key: str, section: Section) -> dict[str, Any]:
     board = section.board
-    look = looks(board.systems)
+    look = looks(board)
     with_clips = set().union(*(clip.predictions for clip in section.clips.values()))
     return {
         "key": key,
         "name": board.name,
+        "framerate": board.framerate,
+        "first": prefix_length(board.framerate),
         "systems": [
             {
                 "label": system.label,
-                "colour": look[system.label].colour,
-                "dash": look[system.label].dash,
-        "framerate": board.framerate,
-        "first": prefix_length(board.framerate),
+                **asdict(look[system.label]),
                 "clips": system.label in with_clips,
             }
-            for system in board.systems
+            for system in _in_order(section)
         ],
         "samples": board.samples,
         "tables": [asdict(table) for table in section.tables],
         "figures": [{"path": path, "caption": text} for path, text in section.figures],
         "without": _without(section),
     }
+
+
+def _in_order(section: Section) -> list[System]:
+    """Systems as they are ranked, the best first, then those that know the answers."""
+    ranked = [place.system for place in section.ranking.places]
+    systems = ranked or list(section.board.systems)
+    return sorted(systems, key=lambda system: system.provenance.knows_answers)
 
 
 def _without(section: Section) -> str:
@@ -134,7 +147,7 @@ def _sample(section: Section, sample: str) -> dict[str, Any]:
         curves = {
             metric: [round(value, DIGITS) for value in result.curves[metric]]
             for metric, result in chosen.items()
-            if result.curves is not None
+            if metric in CURVED and result.curves is not None
         }
         systems.append(
             {

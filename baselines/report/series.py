@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,11 @@ from mpmworlds.metrics import METRICS, SCORED, Interval, collapsed_share
 from mpmworlds.metrics import normalised_scores as normalise
 from mpmworlds.metrics.reduction import prefix_length
 
+CURVED: Final = MappingProxyType(
+    {m.name: m for m in {m.curve: m for m in SCORED.values()}.values()}
+)
+"""Metrics whose curves are shown. Of two that have the same curve it is the later one,
+the amount: whether it exceeds a threshold says nothing at a time."""
 TOLD, UNTOLD = "full_config", "no_materials"
 AVERAGE: Final = "average"
 """In the place of a metric: the mean over the paper's seven."""

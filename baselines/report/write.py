@@ -24,6 +24,7 @@ from mpmworlds.baselines.report.rank import Ranking, rank
 from mpmworlds.baselines.report.table import (
     Table,
     csv_text,
+    escape_markdown,
     latex,
     markdown,
     plain,
@@ -31,16 +32,14 @@ from mpmworlds.baselines.report.table import (
 from mpmworlds.baselines.report.tables import (
     NUMBERS_HEADER,
     by_metric,
-    escape_markdown,
     numbers_rows,
     overview,
     ranking_table,
     statements_table,
 )
 from mpmworlds.baselines.system import ComparisonError, System
-from mpmworlds.files.atomic import write_atomically
-from mpmworlds.metrics.reduction import reduced_framerate
 from mpmworlds.loaders.load import Examples, load
+from mpmworlds.metrics.reduction import reduced_framerate
 
 SCHEMA: Final = "mpmworlds-report/1"
 PREAMBLE: Final = "% Needs \\usepackage{booktabs,graphicx,textcomp}.\n"

@@ -45,10 +45,19 @@ function sortTable(table, column, descending) {
   }
 }
 
+// What a cell is: a number, long text; the column that stays in sight.
+function cellClass(told, column, text) {
+  const classes = [];
+  if (column >= told.texts) classes.push("number");
+  else if (text.length > 40) classes.push("wide");
+  if (column === Math.max(0, told.columns.indexOf("system"))) classes.push("kept");
+  return classes.join(" ");
+}
+
 function headerCell(told, column) {
   const button = element("button", { type: "button" }, told.columns[column]);
-  const cell = element("th", { scope: "col" }, button);
-  if (column >= told.texts) cell.className = "number";
+  const className = cellClass(told, column, "");
+  const cell = element("th", { scope: "col", className }, button);
   button.addEventListener("click", () => {
     const table = cell.closest("table");
     const descending = cell.getAttribute("aria-sort") === "ascending";
@@ -62,14 +71,13 @@ function headerCell(told, column) {
 function groupBody(told, group) {
   const body = element("tbody");
   if (group.heading) {
-    const cell = element("th", { colSpan: told.columns.length }, group.heading);
+    const heading = element("span", {}, group.heading);
+    const cell = element("th", { colSpan: told.columns.length }, heading);
     body.append(element("tr", { className: "group" }, cell));
   }
   for (const row of group.rows) {
     const cells = row.map((text, column) =>
-      element("td", {
-        className: column >= told.texts ? "number" : text.length > 40 ? "wide" : "",
-      }, text));
+      element("td", { className: cellClass(told, column, text) }, text));
     body.append(element("tr", {}, ...cells));
   }
   return body;
@@ -78,13 +86,13 @@ function groupBody(told, group) {
 function renderTable(told) {
   const head = element("tr", {}, ...told.columns.map((_, k) => headerCell(told, k)));
   const dense = told.columns.length > DENSE ? "dense" : "";
-  const table = element("table", { className: dense },
-    element("caption", {}, told.title),
+  const table = element("table", { className: dense, ariaLabel: told.title },
     element("thead", {}, head),
     ...told.groups.map((group) => groupBody(told, group)));
   const notes = told.notes.map((note) => element("p", { className: "note" }, note));
   const empty = told.groups.every((group) => group.rows.length === 0);
-  const shown = empty ? [] : [element("div", { className: "scroll" }, table)];
+  const title = element("h3", {}, told.title);
+  const shown = empty ? [] : [title, element("div", { className: "scroll" }, table)];
   return element("div", {}, ...shown, ...notes);
 }
 
@@ -92,7 +100,8 @@ function renderFigure(figure) {
   const picture = element("img", {
     src: `${figure.path}.svg`, alt: figure.caption, loading: "lazy",
   });
-  return element("figure", {}, picture, element("figcaption", {}, figure.caption));
+  const shown = element("div", { className: "scroll" }, picture);
+  return element("figure", {}, shown, element("figcaption", {}, figure.caption));
 }
 
 function showSection(section) {
@@ -104,7 +113,7 @@ function showSection(section) {
   fill("ranking", renderTable(ranking));
   const choice = document.getElementById("choose-table");
   fill("choose-table", ...tables.map((told, k) =>
-    element("option", { value: String(k) }, told.title)));
+    element("option", { value: String(k) }, told.title.replace(`${section.name}, `, ""))));
   choice.onchange = () => fill("table", renderTable(tables[Number(choice.value)]));
   choice.onchange();
   const figures = section.figures.map(renderFigure);

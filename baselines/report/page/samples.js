@@ -10,13 +10,18 @@ const state = { sample: null, frame: 0, started: null, shown: new Set() };
 
 // How the curve of a system is drawn, as in the figures.
 function strokeOf(label) {
-  const { colour, dash } = page.section.systems.find((system) => system.label === label);
-  return { stroke: colour, "stroke-dasharray": dash.map((length) => 1.8 * length).join(" ") };
+  const { colour, dash, width } = lookOf(label);
+  const dashes = dash.map((length) => width * length).join(" ");
+  return { stroke: colour, "stroke-dasharray": dashes, "stroke-width": width };
+}
+
+function lookOf(label) {
+  return page.section.systems.find((system) => system.label === label);
 }
 
 function swatch(label) {
   const picture = drawing("svg", { class: "swatch", viewBox: "0 0 24 6" });
-  picture.append(drawing("path", { d: "M0 3H24", "stroke-width": 2.5, ...strokeOf(label) }));
+  picture.append(drawing("path", { d: "M0 3H24", ...strokeOf(label) }));
   return picture;
 }
 
@@ -36,18 +41,19 @@ function showSamples(section) {
   const playing = systems.filter((system) => system.clips);
   const first = (playing.length ? playing : systems).slice(0, SHOWN_AT_FIRST);
   state.shown = new Set(first.map((system) => system.label));
-  const boxes = systems.map(({ label }) => {
+  const boxes = systems.map(({ label, name }) => {
     const box = element("input", { type: "checkbox", checked: state.shown.has(label) });
     box.addEventListener("change", () => {
       state.shown[box.checked ? "add" : "delete"](label);
       renderSample();
     });
-    return element("label", {}, box, " ", swatch(label), label);
+    return element("label", {}, box, " ", swatch(label), name);
   });
   fill("choose-systems", element("legend", {}, "systems"), ...boxes);
   fill("choose-sample", ...samples.map((id) => element("option", { value: id }, id)));
-  fill("choose-metric", ...page.report.metrics.map(({ name, paper }) =>
-    element("option", { value: name }, paper ? `${name} (${paper})` : name)));
+  const curved = page.report.metrics.filter((metric) => metric.curve);
+  fill("choose-metric", ...curved.map(({ name, heading }) =>
+    element("option", { value: name }, heading)));
   fill("without", section.without);
   const [key, id, frame] = decodeURIComponent(location.hash.slice(1)).split("/");
   const asked = key === section.key && samples.includes(id);
@@ -95,14 +101,18 @@ function systemCard(system) {
   const clips = [];
   if (system.clip) clips.push(clip("prediction", system.clip));
   if (system.difference) clips.push(clip("difference", system.difference));
-  if (clips.length) return card(system.label, ...clips);
+  const { name } = lookOf(system.label);
+  if (clips.length) return card(name, ...clips);
   const failed = system.outcome !== "ok";
   const text = failed ? `${system.outcome}: ${system.reason}` : "no clip";
-  return card(system.label, element("span", { className: "hint" }, text));
+  return card(name, element("span", { className: "hint" }, text));
 }
 
 function shownSystems() {
-  return state.sample.systems.filter((system) => state.shown.has(system.label));
+  const order = page.section.systems.map((system) => system.label);
+  return state.sample.systems
+    .filter((system) => state.shown.has(system.label))
+    .sort((one, two) => order.indexOf(one.label) - order.indexOf(two.label));
 }
 
 function renderSample() {
@@ -122,12 +132,12 @@ function scoresTable(sample, shown) {
   const digits = (value) => (value === null || value === undefined ? "–" : value.toFixed(3));
   const row = (name, outcome, scores) =>
     [name, outcome, ...metrics.map((metric) => digits(scores[metric.name]))];
-  const rows = shown.map((system) => row(system.label, system.outcome, system.scores));
+  const rows = shown.map(({ label, outcome, scores }) =>
+    row(lookOf(label).name, outcome, scores));
   if (sample.ceiling) rows.push(row("noise ceiling", "", sample.ceiling));
-  const arrow = { up: "↑", down: "↓" };
   return {
     title: `Scores of ${sample.id}`,
-    columns: ["system", "outcome", ...metrics.map((m) => `${m.paper || m.name} ${arrow[m.direction]}`)],
+    columns: ["system", "outcome", ...metrics.map((metric) => metric.heading)],
     groups: [{ heading: "", rows }],
     texts: 2,
     notes: [],
@@ -224,7 +234,9 @@ function drawCurves() {
     const x = across(second * framerate - first);
     picture.append(drawing("text", { x, y: bottom + 18, "text-anchor": "middle" }, `${second} s`));
   }
-  for (const system of curves) {
+  // As in the figures: the widest lines first, so that the others lie upon them.
+  const width = (system) => lookOf(system.label).width;
+  for (const system of curves.sort((one, two) => width(two) - width(one))) {
     const curve = system.curves[metric];
     const late = frames - curve.length; // the last value belongs to the last frame
     const points = curve.map((value, k) => `${across(k + late).toFixed(1)},${up(value).toFixed(1)}`);

@@ -2,17 +2,19 @@
 
 import pytest
 
-from mpmworlds.baselines.report.board import boards, read_systems
+from mpmworlds.baselines.report.board import Split, boards, read_systems
 from mpmworlds.baselines.report.numbers import entries
 from mpmworlds.baselines.report.series import (
     AVERAGE,
     COLLAPSED,
+    CURVED,
     by_family,
     lines,
     normalised,
     sensitivity,
 )
-from mpmworlds.metrics import METRICS
+from mpmworlds.metrics import METRICS, SCORED
+from mpmworlds.metrics.reduction import PREFIX_SECONDS
 from tests.baselines.made_results import result, write
 
 
@@ -36,6 +38,22 @@ def test_time_starts_after_the_prefix_and_ends_with_the_video(board):
     assert (whole.seconds[0], whole.seconds[-1]) == (38 / 15, 149 / 15)
     later = line(board, "copy_last, frames_only", "wmae")
     assert (later.seconds[0], later.seconds[-1]) == (39 / 15, 149 / 15)
+
+
+@pytest.mark.parametrize("framerate", [5, 10])
+def test_time_is_at_the_frame_rate_of_the_release(folders, framerate):
+    samples = [f"p{k:04d}" for k in range(1, 5)]
+    splits = {("tiny", "test"): Split(samples, framerate)}
+    (board,) = boards(read_systems(map(str, folders)), splits)
+    found = line(board, "copy_last, frames_only", "mse")
+    # The first frame that is predicted is the first one after the prefix.
+    first = found.seconds[0]
+    assert first - 1 / framerate <= PREFIX_SECONDS < first
+    assert found.seconds[-1] == pytest.approx(first + 111 / framerate)
+
+
+def test_of_two_metrics_with_one_curve_the_amount_is_shown():
+    assert set(SCORED) - set(CURVED) == {"anomaly"}
 
 
 def test_curve_is_the_mean_of_the_valid_samples(board):

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 
 import pytest
 
@@ -9,7 +10,8 @@ from mpmworlds.baselines.report.board import boards, read_systems
 from mpmworlds.baselines.report.numbers import entries
 from mpmworlds.baselines.report.paper import paper
 from mpmworlds.baselines.report.rank import rank
-from mpmworlds.baselines.report.table import escape
+from mpmworlds.baselines.report.table import Group, Table, escape, latex
+from mpmworlds.baselines.report.tables import number, overview, ranking_table
 from mpmworlds.metrics import SCORED
 from tests.baselines.made_results import result, write
 
@@ -112,6 +114,50 @@ def test_latex_escapes_what_is_special():
     assert escape("\\~^") == r"\textbackslash{}\textasciitilde{}\textasciicircum{}"
 
 
+def test_latex_sets_a_minus_and_keeps_a_hyphen():
+    text = latex(
+        Table("t", "T", ("of", "b"), (Group("", (("a-1", "[-1, -0.5]"),)),), 1)
+    )
+    assert r"a-1 & [$-$1, $-$0.5] \\" in text
+
+
+def test_latex_row_that_starts_with_a_bracket_is_no_option():
+    text = latex(Table("t", "T", ("of",), (Group("", (("[a]",), ("*",))),), 1))
+    assert "{}[a] \\\\\n{}* \\\\\n" in text
+
+
+def test_latex_captions_are_sentences(report):
+    text = (report / "report.tex").read_text()
+    captions = re.findall(r"\\caption\{(.*)\}", text)
+    assert len(captions) == text.count(r"\begin{table*}")
+    assert all(caption.endswith(".") and ".." not in caption for caption in captions)
+
+
+def test_latex_rows_have_as_many_cells_as_columns(report):
+    text = (report / "report.tex").read_text()
+    for columns, body in re.findall(
+        r"\\begin\{tabular\}\{([lr]+)\}\n(.*?)\\end\{tabular\}", text, re.DOTALL
+    ):
+        rows = [row for row in body.splitlines() if row.endswith(r"\\")]
+        for row in rows:
+            spanned = re.match(r"\\multicolumn\{(\d+)\}", row)
+            cells = len(re.findall(r"(?<!\\)&", row)) + 1
+            assert (int(spanned[1]) if spanned else cells) == len(columns)
+
+
+def test_number_that_rounds_to_nothing_has_no_sign():
+    assert (number(-0.0001), number(-0.001)) == ("0.000", "-0.001")
+
+
+def test_summaries_without_failures_are_shown_once(folders):
+    board = board_of(folders[0])
+    told = overview(board, entries(board), "raw", paper())
+    first, of_paper = told.groups
+    assert first.heading == "valid only = failures at worst = paired"
+    assert len(first.rows) == 1
+    assert "other samples" in of_paper.heading
+
+
 def test_paper_stands_beside_ours_as_other_data(report):
     text = (report / "report.md").read_text()
     assert len(lines_with(text, "2606.01538: other samples", "| *")) == 1
@@ -157,6 +203,24 @@ def test_ranking_says_in_a_line_why_there_is_none(folders, tmp_path):
     assert "1 of 2 samples have no noise ceiling (the first is p0002)" in (
         rank(board).missing
     )
+
+
+@pytest.mark.parametrize("families", [9, 10])
+def test_ranking_has_intervals_from_ten_families_on(tmp_path, families):
+    # Two samples of each family: what counts is not the number of samples.
+    names = [f"p{k:04d}{kind}" for k in range(families) for kind in ("", "-n00")]
+    samples = [[result(name, k % 2)] for k, name in enumerate(names)]
+    floor = [[result(name, 0.5)] for name in names]
+    board = board_of(
+        write(tmp_path / "floor", floor),
+        write(tmp_path / "other", samples, predictor="black"),
+    )
+    ranking = rank(board)
+    table = ranking_table(board, ranking, entries(board))
+    column = table.columns.index("95 %")
+    shown = [row[column] for row in table.groups[0].rows]
+    assert [cell.startswith("[") for cell in shown] == [families == 10] * 2
+    assert f"{families} families. No interval below 10 families." in table.notes[0]
 
 
 def test_interval_appears_with_ten_families(tmp_path):
