@@ -211,13 +211,23 @@ def _board(
         compared = [system.only(shared) for system in systems]
     else:
         remedy = "evaluate both on the same, or compare the common ones with --common"
-        hold_to_same_samples(systems, remedy)
+        hold_to_same_samples(systems, "; ".join([*_unfinished(systems), remedy]))
         _hold_to_list(systems[0], known)
         compared = list(systems)
     evaluated = {system.label: len(system.samples) for system in systems}
     expected = max([len(known), *(s.told.expected for s in systems if s.told)])
     framerate = split.framerate if split else FRAMERATE
     return Board(*key, tuple(compared), evaluated, expected, framerate)
+
+
+def _unfinished(systems: Iterable[System]) -> list[str]:
+    """Those that are incomplete by their own summaries, for a message."""
+    return [
+        f"{system.folder} is incomplete: {system.told.samples} of "
+        f"{system.told.expected} samples"
+        for system in systems
+        if system.told is not None and system.told.samples < system.told.expected
+    ]
 
 
 def _hold_to_list(system: System, known: set[str]) -> None:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GREY: Final = "#404040"
+LETTER: Final = 0.075  # width of one [in], on average
 FORMATS: Final = MappingProxyType(  # what keeps a date out of each
     {
         "png": {"Software": None},
@@ -130,7 +131,9 @@ def _heat(
     labels = sorted(scores, key=lambda label: (-scores[label], label))
     columns = [*METRICS.values()]
     means = {(e.system.label, e.metric.name): e.raw.valid.mean for e in found}
-    figure.set_size_inches(9.5, 1.6 + 0.34 * len(labels))
+    names = [f"{look[label].name} ({_valid(found, label)})" for label in labels]
+    width = 0.9 * (len(columns) + 1) + LETTER * max(map(len, names))
+    figure.set_size_inches(width, 1.0 + 0.34 * len(labels))
     axes = figure.add_subplot()
     cells = [
         [*(_share(means, labels, label, m) for m in columns), scores[label]]
@@ -144,7 +147,6 @@ def _heat(
             axes.text(
                 column, row, f"{value:.3f}", ha="center", va="center", color=colour
             )
-    names = [f"{look[label].name} ({_valid(found, label)})" for label in labels]
     axes.set_yticks(range(len(labels)), names)
     axes.set_xticks(range(len(columns) + 1), [*map(heading, columns), "normalised ↑"])
     axes.axvline(len(columns) - 0.5, color="white", linewidth=4)
@@ -167,7 +169,6 @@ def _share(means: Any, labels: Sequence[str], label: str, metric: Any) -> float:
 
 
 def _single(figure: "Figure", some: Sequence[Line], look: Mapping[str, Look]) -> None:
-    figure.set_size_inches(8.0, 3.6)
     axes = figure.add_subplot()
     for line in some:
         mine = look[line.system.label]
@@ -183,13 +184,12 @@ def _single(figure: "Figure", some: Sequence[Line], look: Mapping[str, Look]) ->
     _time(axes)
     metric = some[0].metric
     axes.set_ylabel(heading(SCORED[metric]) if metric in SCORED else metric)
-    figure.legend(loc="outside lower center", ncols=2, frameon=False)
+    _legend(figure, width=9.0, height=3.0)
 
 
 def _panels(figure: "Figure", curves: Sequence[Line], look: Mapping[str, Look]) -> None:
     columns = 4
     rows = -(-len(CURVED) // columns)
-    figure.set_size_inches(12.0, 1.2 + 2.4 * rows)
     grid = figure.subplots(rows, columns)
     for axes, metric in zip(grid.flat, CURVED.values(), strict=False):
         for line in curves:
@@ -201,7 +201,20 @@ def _panels(figure: "Figure", curves: Sequence[Line], look: Mapping[str, Look]) 
         _time(axes)
     for axes in list(grid.flat)[len(CURVED) :]:
         axes.set_visible(False)
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    _legend(figure, width=12.0, height=2.4 * rows)
+
+
+def _legend(figure: "Figure", width: float, height: float) -> None:
+    """The legend below panels of a height [in], in as many columns as have room."""
+    labels = [label for axes in figure.axes for label in _labels(axes)]
+    columns = int(width / (0.7 + LETTER * max(map(len, labels), default=0))) or 1
+    rows = -(-len(labels) // columns)
+    figure.set_size_inches(width, height + 0.2 + 0.19 * rows)
+    figure.legend(loc="outside lower center", ncols=columns, frameon=False)
+
+
+def _labels(axes: "Axes") -> list[str]:
+    return axes.get_legend_handles_labels()[1]
 
 
 def _plot(axes: "Axes", line: Line, look: Look, label: str | None) -> None:
@@ -232,7 +245,6 @@ def _families(
     families = sorted({point.family for point in points})
     names = [_counted(points, family) for family in families]
     metrics = [m for m in (*METRICS, AVERAGE) if any(p.metric == m for p in points)]
-    figure.set_size_inches(10.5, 1.8 + 2 * (0.5 + 0.09 * len(families) * len(seen)))
     grid = figure.subplots(2, 4, sharey=True)
     for axes, metric in zip(grid.flat, metrics, strict=False):
         for place, (label, mine) in enumerate(seen.items()):
@@ -265,7 +277,8 @@ def _families(
             axes.axvline(0, color=GREY, linewidth=0.8)
     for axes in list(grid.flat)[len(metrics) :]:
         axes.set_visible(False)
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    row = max(0.3, 0.09 * len(seen))  # of a family, whose name takes two lines
+    _legend(figure, width=10.5, height=2 * (0.6 + row * len(families)))
 
 
 def _counted(points: Sequence[Point], family: str) -> str:

@@ -83,6 +83,15 @@ def test_command_says_so_in_a_line(command, folders, tmp_path, monkeypatch):
     assert "black (incomplete)" in out
 
 
+def test_what_cannot_be_compared_for_it_says_so(command, folders, tmp_path):
+    more = [[result(sample, 0.5)] for sample in (*SAMPLES, "p0003")]
+    other = write(tmp_path / "more", more, predictor="other")
+    status, _, err = command("report", *folders, other, "--out", tmp_path / "out")
+    assert status == 2
+    (line,) = err.splitlines()
+    assert f"{folders[1]} is incomplete: 2 of 4 samples; evaluate both" in line
+
+
 def test_whole_evaluation_is_not_said_to_lack_anything(folders):
     (board,) = boards(read_systems(folders[:1]))
     assert board.warnings == []
