@@ -207,10 +207,15 @@ def _panels(figure: "Figure", curves: Sequence[Line], look: Mapping[str, Look]) 
 def _legend(figure: "Figure", width: float, height: float) -> None:
     """The legend below panels of a height [in], in as many columns as have room."""
     labels = [label for axes in figure.axes for label in _labels(axes)]
-    columns = int(width / (0.7 + LETTER * max(map(len, labels), default=0))) or 1
+    columns = int(width / (0.9 + LETTER * max(map(len, labels), default=0))) or 1
     rows = -(-len(labels) // columns)
     figure.set_size_inches(width, height + 0.2 + 0.19 * rows)
-    figure.legend(loc="outside lower center", ncols=columns, frameon=False)
+    figure.legend(
+        loc="outside lower center",
+        ncols=columns,
+        frameon=False,
+        handlelength=4.0,  # as long as the longest dash is at the widest
+    )
 
 
 def _labels(axes: "Axes") -> list[str]:

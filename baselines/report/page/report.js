@@ -45,6 +45,12 @@ function sortTable(table, column, descending) {
   }
 }
 
+// Long names may be broken after an underscore.
+function breakable(text) {
+  const parts = text.split(/(?<=_)/);
+  return parts.flatMap((part, k) => (k ? [element("wbr"), part] : [part]));
+}
+
 // What a cell is: a number, long text; the column that stays in sight.
 function cellClass(told, column, text) {
   const classes = [];
@@ -77,7 +83,7 @@ function groupBody(told, group) {
   }
   for (const row of group.rows) {
     const cells = row.map((text, column) =>
-      element("td", { className: cellClass(told, column, text) }, text));
+      element("td", { className: cellClass(told, column, text) }, ...breakable(text)));
     body.append(element("tr", {}, ...cells));
   }
   return body;

@@ -20,8 +20,8 @@ function lookOf(label) {
 }
 
 function swatch(label) {
-  const picture = drawing("svg", { class: "swatch", viewBox: "0 0 24 6" });
-  picture.append(drawing("path", { d: "M0 3H24", ...strokeOf(label) }));
+  const picture = drawing("svg", { class: "swatch", viewBox: "0 0 36 6" });
+  picture.append(drawing("path", { d: "M0 3H36", ...strokeOf(label) }));
   return picture;
 }
 
