@@ -209,6 +209,22 @@ def test_a_process_that_keeps_the_pipe_open_is_not_waited_for():
     assert time.monotonic() - start < 4
 
 
+@pytest.mark.parametrize(
+    "does",
+    [
+        "shutil.rmtree(here)",
+        "shutil.rmtree(here); open(here, 'w').close()",
+        "shutil.rmtree(here); os.symlink('/', here)",
+        "os.makedirs('a/b'); os.chmod('a', 0); os.chmod('.', 0)",
+    ],
+    ids=["goes", "becomes a file", "becomes a link", "is locked"],
+)
+def test_whatever_becomes_of_its_folder_a_program_has_an_outcome(does):
+    program = FRAMES + f"    import shutil; here = os.getcwd(); {does}\n"
+    outcome = run(program, timeout=30, trusted=True)
+    assert (outcome.status, len(outcome.frames)) == ("ok", 3)
+
+
 def test_a_program_cannot_print_into_the_terminal():
     outcome = run("raise ValueError('\\x1b[2J\\x07')\n", trusted=True)
     assert "ValueError: ?[2J?" in outcome.message
