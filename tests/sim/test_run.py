@@ -209,6 +209,45 @@ def test_a_process_that_keeps_the_pipe_open_is_not_waited_for():
     assert time.monotonic() - start < 4
 
 
+@pytest.mark.parametrize("trusted", [True, False], ids=["trusted", "sandbox"])
+def test_a_program_ends_when_its_caller_is_killed(trusted, tmp_path):
+    script = (
+        "import sys\n"
+        "from mpmworlds.sim.run.run import run\n"
+        "say = lambda frames: print(len(frames), flush=True) or True\n"
+        f"run(sys.argv[1], trusted={trusted}, watch=say)\n"
+    )
+    waits = FRAMES + "    time.sleep(60)\n"
+    with subprocess.Popen(
+        [sys.executable, "-c", script, waits],
+        stdout=subprocess.PIPE,
+        env=os.environ | {"TMPDIR": str(tmp_path)},
+    ) as caller:
+        assert [caller.stdout.readline() for _ in range(3)] == [b"1\n", b"2\n", b"3\n"]
+        started = descendants(caller.pid)
+        assert started
+        caller.kill()
+    assert not any(map(lives, started))
+
+
+def descendants(pid):
+    """Numbers of the processes that a process has started, and of theirs."""
+    listed = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [*map(int, listed), *(n for child in listed for n in descendants(child))]
+
+
+def test_a_claim_to_have_ended_well_without_a_frame_is_no_success():
+    forged = """
+import json, os, struct, sys, time
+report = json.dumps({"status": "ok", "message": ""}).encode()
+pipe = json.loads(sys.argv[1])["pipe"]
+os.write(pipe, struct.pack("<4sIIQ", b"REPT", 0, 0, len(report)) + report)
+time.sleep(60)
+"""
+    outcome = run(forged, timeout=30, trusted=True)
+    assert (outcome.status, len(outcome.frames)) == ("no_frames", 0)
+
+
 @pytest.mark.parametrize(
     "does",
     [
