@@ -269,23 +269,27 @@ def test_a_program_cannot_print_into_the_terminal():
     assert "ValueError: ?[2J?" in outcome.message
 
 
+RUN = "from mpmworlds.sim.run.run import run; print(run(sys.argv[1]).status)"
+RUN_WARM = """
+from mpmworlds.sim.run.warm import WarmStart
+with WarmStart() as warm:
+    print(warm.run(sys.argv[1], 3, 60.0, pictures=True).status)
+"""
+
+
 @pytest.mark.parametrize(
-    ("limit", "error"), [(1 << 30, "must be at least 2048"), (3 << 30, None)]
+    ("call", "status"), [(RUN, "ok\n"), (RUN_WARM, "no_states\n")], ids=["run", "warm"]
 )
-def test_a_low_limit_of_the_shell_is_told_or_kept_to(limit, error):
-    script = (
-        "import resource, sys\n"
-        f"resource.setrlimit(resource.RLIMIT_AS, ({limit}, {limit}))\n"
-        "from mpmworlds.sim.run.run import run\n"
-        "print(run(sys.argv[1], trusted=True).status)\n"
-    )
+@pytest.mark.parametrize("limit", [1 << 30, 3 << 30], ids=["too low", "low"])
+def test_a_low_limit_of_the_shell_is_told_or_kept_to(limit, call, status):
+    limited = f"resource.setrlimit(resource.RLIMIT_AS, ({limit}, {limit}))"
     done = subprocess.run(
-        [sys.executable, "-c", script, FRAMES],
+        [sys.executable, "-c", f"import resource, sys\n{limited}\n{call}", FRAMES],
         capture_output=True,
         text=True,
         check=False,
     )
-    if error:
-        assert error in done.stderr
+    if limit < 2 << 30:
+        assert "1024 MiB of address space here (ulimit -v), must be at" in done.stderr
     else:
-        assert done.stdout == "ok\n"
+        assert done.stdout == status
