@@ -118,20 +118,6 @@ def test_a_folder_in_which_a_dying_process_still_writes_goes_in_the_end(
     assert list(temporary.iterdir()) == []
 
 
-@pytest.fixture
-def as_a_user():
-    """A folder for temporary files of somebody who is not the superuser."""
-    parent = tempfile.mkdtemp()
-    superuser = os.geteuid() == 0
-    if superuser:
-        os.chown(parent, 54321, 54321)
-        os.seteuid(54321)
-    yield parent
-    if superuser:
-        os.seteuid(0)
-    shutil.rmtree(parent)
-
-
 def test_a_folder_that_is_locked_goes_all_the_same(as_a_user, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", as_a_user)
     scratch = Scratch()
