@@ -32,6 +32,7 @@ from mpmworlds.baselines.report.tables import (
 from mpmworlds.baselines.results import CLIPS, SUMMARY
 from mpmworlds.baselines.system import ComparisonError, System
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.load import Examples, load
 
 SCHEMA: Final = "mpmworlds-report/1"
@@ -77,9 +78,12 @@ def write_report(
 
     Raises
     ------
+    OSError
+        If the folder cannot be written to.
     ValueError
         If the results cannot be read or do not belong together.
     """
+    check_folder(out)
     systems = read_systems(results)
     examples = _examples(release, systems) if release else {}
     lists = {key: list(some.table["id"]) for key, some in examples.items()}
