@@ -27,6 +27,7 @@ from mpmworlds.baselines.selfcheck import check_sandbox, self_check
 from mpmworlds.baselines.summary import summarise_results, summary_table
 from mpmworlds.builder.render.executors import carry_out_all, open_executor
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.load import Example, Examples, load
 from mpmworlds.loaders.regimes import DEFAULT
 
@@ -102,6 +103,8 @@ def evaluate(
     ------
     ResultsError
         If ``out_dir`` holds results of another predictor, release, split or version.
+    OSError
+        If ``out_dir`` cannot be written to.
     ValueError
         If the predictor, the regime, a sample or the split is unknown, or there is no
         sample.
@@ -116,6 +119,7 @@ def evaluate(
         raise ValueError(
             f"selection {how.selection!r}: unknown, must be one of {list(SELECTIONS)}"
         )
+    check_folder(Path(out_dir))
     release = Path(release_dir)
     predictor = predictor_named(predictor_name, options)
     _check_regime(predictor, regime)
@@ -232,6 +236,7 @@ def _evaluate(
     how: How,
     retries: int,
 ) -> Path:
+    check_folder(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
     if not names:
         raise ValueError(

@@ -1,6 +1,9 @@
 """A small hand-made corpus, rendered and released once for all tests that need one."""
 
 import hashlib
+import os
+import shutil
+import tempfile
 import textwrap
 from types import SimpleNamespace
 
@@ -133,6 +136,20 @@ def release(corpus, tmp_path_factory):
 def small(tmp_path_factory):
     """Store, manifest and release of two small simulated worlds. Read-only."""
     return build_small(tmp_path_factory)
+
+
+@pytest.fixture
+def as_a_user():
+    """A folder, of somebody who is not the superuser, whom the test becomes."""
+    parent = tempfile.mkdtemp()
+    superuser = os.geteuid() == 0
+    if superuser:
+        os.chown(parent, 54321, 54321)
+        os.seteuid(54321)
+    yield parent
+    if superuser:
+        os.seteuid(0)
+    shutil.rmtree(parent)
 
 
 @pytest.fixture

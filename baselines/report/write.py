@@ -38,6 +38,7 @@ from mpmworlds.baselines.report.tables import (
     statements_table,
 )
 from mpmworlds.baselines.system import ComparisonError, System
+from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.load import Examples, load
 from mpmworlds.metrics.reduction import reduced_framerate
 
@@ -85,9 +86,12 @@ def write_report(
 
     Raises
     ------
+    OSError
+        If the folder cannot be written to.
     ValueError
         If the results cannot be read or do not belong together.
     """
+    check_folder(out)
     systems = read_systems(results)
     examples = _examples(release, systems) if release else {}
     found = boards(systems, _splits(examples), common=common)

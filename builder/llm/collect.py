@@ -20,6 +20,7 @@ from mpmworlds.builder.plan.families import Screen
 from mpmworlds.builder.plan.screen import fault
 from mpmworlds.builder.plan.trials import append_journal, read_journal
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.targets import check_file
 from mpmworlds.sim.scene.scene import Scene
 
 CANDIDATES_PER_SCENE: Final = 10  # bounds a run whose candidates are all turned down
@@ -69,6 +70,8 @@ def collect(
     EndpointError
         If the endpoint fails for good.
     """
+    for path in (out, rejections):
+        check_file(path)
     journal = out.with_suffix(".trials.jsonl")
     tally = Tally()
     proposals: list[Proposal] = []

@@ -22,6 +22,7 @@ from mpmworlds.builder.plan.screen import LEAST
 from mpmworlds.builder.render.executors import carry_out_all, open_executor
 from mpmworlds.files.journal import append_records, read_records
 from mpmworlds.files.parquet import write_parquet
+from mpmworlds.files.targets import check_file
 from mpmworlds.metrics import SCORED, View, score
 from mpmworlds.metrics.clips import packed_colours
 from mpmworlds.metrics.reduction import (
@@ -146,6 +147,7 @@ def measure_lists(
     DiskFullError
         If there is no room. What is finished is kept.
     """
+    check_file(path)
     by_id = {row.id: row for row in rows}
     orders = evaluation_order(by_id, splits, lists)
     journal = path.with_suffix(".jsonl")

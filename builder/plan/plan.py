@@ -44,6 +44,7 @@ from mpmworlds.builder.render.executors import Executor, carry_out_all, open_exe
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.locks import hold
+from mpmworlds.files.targets import check_file
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.similarity import structure
@@ -133,6 +134,7 @@ def write_plan(
     FileExistsError
         If another process is planning the same file.
     """
+    check_file(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     lock = hold(path.with_name(f".{path.name}.lock"))
     if lock is None:

@@ -36,6 +36,7 @@ from mpmworlds.files.checksums import (
 )
 from mpmworlds.files.disk import disk_errors_named
 from mpmworlds.files.locks import hold
+from mpmworlds.files.targets import check_folder
 from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.recorded_lists import write_lists
 
@@ -112,6 +113,7 @@ def build_release(
     rows = with_measured(read_manifest(manifest_path), measured)
     _check_splits(rows)
     plan = plan_shards(rows, configs, rows_per_shard)
+    check_target(out_dir)
     out_dir.parent.mkdir(parents=True, exist_ok=True)
     lock = hold(out_dir.with_name(f".{out_dir.name}.lock"))
     if lock is None:
@@ -143,11 +145,7 @@ def _check_splits(rows: Sequence[ManifestRow]) -> None:
 def _prepare(out_dir: Path, plan: Sequence[PlannedShard]) -> Path:
     """Clear what a former build left; return the folder of this build's notes."""
     notes = out_dir / _NOTES
-    if stranger := _stranger(out_dir):
-        raise ReleaseError(
-            f"{out_dir}: holds {stranger!r}, which is no part of a release; name an "
-            "empty folder, for a build removes what a former one wrote"
-        )
+    check_target(out_dir)  # again, now that nobody else builds it
     notes.mkdir(parents=True, exist_ok=True)
     (out_dir / CHECKSUMS).unlink(missing_ok=True)  # not a release until it is finished
     planned = {shard.path for shard in plan}
@@ -160,6 +158,16 @@ def _prepare(out_dir: Path, plan: Sequence[PlannedShard]) -> Path:
         for folder in (out_dir, notes):
             (folder / shard.path).parent.mkdir(parents=True, exist_ok=True)
     return notes
+
+
+def check_target(out_dir: Path) -> None:
+    """Raise `OSError` or `ReleaseError` unless a release can be built there."""
+    check_folder(out_dir)
+    if stranger := _stranger(out_dir):
+        raise ReleaseError(
+            f"{out_dir}: holds {stranger!r}, which is no part of a release; name an "
+            "empty folder, for a build removes what a former one wrote"
+        )
 
 
 def _stranger(out_dir: Path) -> str | None:

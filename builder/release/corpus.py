@@ -7,7 +7,7 @@ from mpmworlds.builder.parameters import Parameters
 from mpmworlds.builder.plan.manifest import read_manifest, recorded_manifest
 from mpmworlds.builder.plan.plan import write_plan
 from mpmworlds.builder.plan.trials import RECORDED
-from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.build import build_release, check_target
 from mpmworlds.builder.release.shards import PlannedShard
 from mpmworlds.builder.render.materialise import Materialised, render_rows
 from mpmworlds.builder.render.store import Store
@@ -44,6 +44,7 @@ def build_corpus(
     list of PlannedShard, or None
         Files of the release; None if samples failed, and it was not built.
     """
+    check_target(out)  # before all that takes long
     profile, ids = params.subset(config)
     params.profile(profile)  # raises what is wrong with it
     version, per_shard = params.version, params.rows_per_shard(profile)

@@ -24,11 +24,15 @@ LINKED: Final = 1000  # rows of a file of recipes whose programs are linked, abo
 
 @dataclass(frozen=True)
 class ToSimulate:
-    """A row that may be simulated again; the ones of least rank are."""
+    """A row without findings; the ones of least rank are simulated again.
+
+    It has its scene and no program: what is run is what that links to here, never a
+    text of the release.
+    """
 
     rank: str
     id: str
-    program: str
+    scene: str
     frames_sha256: str
 
 
@@ -47,7 +51,7 @@ class ShardReport:
     recipes
         Id -> hash of the row's manifest columns.
     candidates
-        The rows of least rank.
+        The rows of least rank among those without findings.
     """
 
     config: str
@@ -123,13 +127,13 @@ def _check_row(
     if uniform(salt, "link", sample_id) <= share:
         found += _link_findings(row)
     found += _rendered_findings(row) if rendered else ()
-    report.findings += [f"{where}: {text}" for text in found]
     if row["split"] != report.split:
-        report.findings.append(f"{where}: split = {row['split']!r}, in another's file")
-    if rendered:
+        found.append(f"split = {row['split']!r}, in another's file")
+    report.findings += [f"{where}: {text}" for text in found]
+    if rendered and not found:
         rank = hashlib.sha256(f"{salt}{sample_id}".encode()).hexdigest()
         report.candidates.append(
-            ToSimulate(rank, sample_id, row["program"], row["frames_sha256"])
+            ToSimulate(rank, sample_id, row["scene"], row["frames_sha256"])
         )
 
 

@@ -285,7 +285,8 @@ def _bury(worker: _Worker) -> str:
 
 def _serve(connection: "Connection[Any, Any]", function: Callable[[Any], Any]) -> None:
     """Carry out tasks until the other end of the connection closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what to do
+    for asked in (signal.SIGINT, signal.SIGHUP):  # of all: the parent decides
+        signal.signal(asked, signal.SIG_IGN)
     # As an exception, so that programs and scratch folders are cleaned up.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -26,6 +26,7 @@ from mpmworlds.builder.render.store import Store, renderer
 from mpmworlds.builder.render.timings import Timing, append_line, append_timing
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.locks import Hold, hold
+from mpmworlds.files.targets import check_file, check_folder
 
 FAILURES: Final = "failures.jsonl"
 ATTEMPTS: Final = 3  # starts of a sample whose process is killed
@@ -200,7 +201,11 @@ def render_rows(
     ------
     ValueError
         If another run writes to the file that is named; see `materialise` for others.
+    OSError
+        If the store or the file of the failures cannot be written.
     """
+    check_folder(store.root)
+    check_file(failures)
     with (
         failures_file(store.root, failures) as path,
         open_executor(render_row, workers, ray) as executor,

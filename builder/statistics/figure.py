@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from mpmworlds.builder.statistics.counts import Statistics
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.targets import check_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,6 +55,7 @@ def write_figure(found: Statistics, path: Path) -> None:
     RuntimeError
         If matplotlib is not installed.
     """
+    check_file(path)
     if path.suffix not in FORMATS:
         raise ValueError(
             f"{path}: a figure of format {path.suffix!r}, must be one of "

@@ -20,6 +20,7 @@ from mpmworlds import __version__
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.checksums import CHECKSUMS, sha256_of_file
 from mpmworlds.files.journal import Journal
+from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.load import Examples, load
 
 Record = dict[str, Any]
@@ -96,6 +97,8 @@ def write_export(
 
     Raises
     ------
+    OSError
+        If the folder cannot be written to.
     ValueError
         If the folder holds another export of that name, or there is no such sample.
     """
@@ -103,6 +106,7 @@ def write_export(
         raise ValueError(f"limit = {limit}, must be at least 1")
     if workers < 0:
         raise ValueError(f"workers = {workers}, must be >= 0 (0: one per core)")
+    check_folder(out_dir)
     count = len(source.load())
     count = count if limit is None else min(count, limit)
     note = out_dir / f"{settings['form']}-{source.split}.made_of.json"

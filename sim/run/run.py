@@ -96,7 +96,7 @@ def run(
         If this machine cannot confine a program that is not trusted.
     """
     start, module = time.monotonic(), module_of(compiler)
-    _check_memory()
+    check_memory()
     with Scratch() as scratch:
         path = scratch.path / "program.py"
         path.write_text(program_text, "utf-8", "surrogatepass")
@@ -116,8 +116,11 @@ def run(
     return received.outcome(status, message, time.monotonic() - start)
 
 
-def _check_memory() -> None:
-    """Raise if a shell's limit is too low for any program, or it would seem theirs."""
+def check_memory() -> None:
+    """Raise `RuntimeError` if a shell's limit is too low for any program to run.
+
+    Else it would seem to be the program's fault.
+    """
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     if hard != resource.RLIM_INFINITY and hard < LEAST_MEMORY:
         raise RuntimeError(

@@ -27,7 +27,7 @@ from mpmworlds.sim.run.receive import (
     Status,
     collect,
 )
-from mpmworlds.sim.run.run import MEMORY, environment
+from mpmworlds.sim.run.run import MEMORY, check_memory, environment
 
 SHARING = 64  # programs that share kernels; more would be slower to look up
 GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
@@ -40,9 +40,15 @@ class WarmStart(Closeable):
     ----------
     memory
         Address space allowed to a program [bytes].
+
+    Raises
+    ------
+    RuntimeError
+        If the shell allows a process too little memory to run any.
     """
 
     def __init__(self, memory: int = MEMORY) -> None:
+        check_memory()
         self._memory = memory
         self._scratch = Scratch()
         self._kernels = self._scratch.path / "kernels"

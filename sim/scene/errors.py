@@ -23,7 +23,7 @@ RULES = {
     "union_tag_invalid": "must be one of {expected_tags}",
 }
 
-LONGEST = 60  # characters of a value that an error shows
+LONGEST = 60  # characters of a name or a value that an error shows
 LONGEST_FAULT = 500  # characters of a fault that an error shows
 MOST_SHOWN = 20  # faults that an error shows
 
@@ -44,9 +44,13 @@ class SceneError(ValueError):
 
     def __init__(self, source: str, faults: list[str], rule: str = "form") -> None:
         self.source, self.faults, self.rule = source, faults, rule
-        lines = [f"{source}: {_cut(fault)}" for fault in faults[:MOST_SHOWN]]
+        start = _escaped(source)
+        lines = [
+            f"{start}: {_cut(_escaped(fault), LONGEST_FAULT)}"
+            for fault in faults[:MOST_SHOWN]
+        ]
         if len(faults) > MOST_SHOWN:
-            lines.append(f"{source}: and {len(faults) - MOST_SHOWN} more")
+            lines.append(f"{start}: and {len(faults) - MOST_SHOWN} more")
         super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type["SceneError"], tuple[str, list[str], str]]:
@@ -60,10 +64,17 @@ def raise_faults(source: str, faults: list[tuple[str, str]]) -> None:
         raise SceneError(source, [fault for _, fault in faults], faults[0][0])
 
 
-def _cut(fault: str) -> str:
-    """A fault on one line, and not too long."""
-    line = fault.encode("unicode_escape").decode() if "\n" in fault else fault
-    return line if len(line) <= LONGEST_FAULT else f"{line[:LONGEST_FAULT]} ..."
+def _escaped(text: str) -> str:
+    """A text on one line, without what a terminal would obey."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode() for c in text
+    )
+
+
+def _cut(text: str, longest: int = LONGEST) -> str:
+    return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
 def describe(error: ValidationError, data: Any) -> list[str]:
@@ -87,9 +98,10 @@ def _line(fault: Any, data: Any) -> str:
     if len(keys) > 1 and keys[0] == "objects":
         thing = data["objects"][keys[1]]
         name = thing.get("name") if isinstance(thing, dict) else None
-        where = f"objects[{keys[1]}]" + (f" '{name}'" if name else "") + ": "
+        where = f"objects[{keys[1]}]" + (f" '{_cut(str(name))}'" if name else "") + ": "
         keys = keys[2:]
-    field = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys)[1:]
+    steps = (f"[{k}]" if isinstance(k, int) else f".{_cut(k)}" for k in keys)
+    field = "".join(steps)[1:]
     return where + _fault(fault, field, node)
 
 
@@ -114,5 +126,4 @@ def _fault(fault: Any, field: str, value: Any) -> str:
 
 def _shown(value: Any) -> str:
     """A value as its file has it, cut short if it is long."""
-    text = repr(list(value) if isinstance(value, tuple) else value)
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    return _cut(repr(list(value) if isinstance(value, tuple) else value))

@@ -12,8 +12,8 @@ from mpmworlds.sim.scene.checks import check_scene
 from mpmworlds.sim.scene.errors import SceneError as SceneError
 from mpmworlds.sim.scene.errors import describe, raise_faults
 from mpmworlds.sim.scene.objects import AnyObject
+from mpmworlds.sim.scene.sections import MOST_OBJECTS, Sections
 from mpmworlds.sim.scene.sections import SCHEMA as SCHEMA
-from mpmworlds.sim.scene.sections import Sections
 from mpmworlds.sim.scene.text import dump_yaml, parse_yaml
 
 FIRST = ("schema", "name", "object_type", "type", "constitutive_model")
@@ -37,8 +37,11 @@ class Scene(Sections):
             raise SceneError(
                 source, ["must be a mapping with keys schema, simulation, objects, ..."]
             )
-        if isinstance(data.get("objects"), list):
-            data = data | {"objects": tuple(data["objects"])}
+        if isinstance(objects := data.get("objects"), list):
+            if len(objects) > MOST_OBJECTS:  # before each of them is looked at
+                many = f"has {len(objects)} objects, must have <= {MOST_OBJECTS}"
+                raise SceneError(source, [f"{many}; leave some out"])
+            data = data | {"objects": tuple(objects)}
         try:
             scene = cls.model_validate(data)
         except ValidationError as error:

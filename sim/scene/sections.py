@@ -6,6 +6,7 @@ from mpmworlds.sim.scene.fields import Part, Vec2, about
 from mpmworlds.sim.scene.objects import AnyObject, Law
 
 SCHEMA = "mpmworlds-scene/1"
+MOST_OBJECTS = 64
 
 
 class Simulation(Part):
@@ -70,6 +71,6 @@ class Sections(Part):
     simulation: Simulation = about("neutral", "resolution and length")
     environment: Environment = about("neutral", "surroundings", default=Environment())
     objects: tuple[AnyObject, ...] = about(
-        "neutral", "objects", min_length=1, max_length=64
+        "neutral", "objects", min_length=1, max_length=MOST_OBJECTS
     )
     output: Output = about("neutral", "video")

@@ -9,7 +9,7 @@ from mpmworlds.sim.scene.errors import SceneError
 
 FLOAT = re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$|^[-+]?\.inf$|^\.nan$")
 WIDTH = 110
-LONGEST = 1 << 20  # characters of a scene
+LONGEST = 1 << 18  # characters of a scene; 64 polygons of 24 vertices take half of it
 SafeDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the same, but faster
 
 

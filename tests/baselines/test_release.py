@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from mpmworlds.builder.plan.manifest import ManifestRow, text_sha256, write_mani
 from mpmworlds.builder.release.build import build_release
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import ChecksumError
+from tests.planted import planted
 
 # A stand-in for a simulation: a square that moves right, 44 frames of 64 px at 15 / s.
 PROGRAM = """
@@ -53,15 +55,20 @@ def sample(number, sample_id):
 
 @pytest.fixture(scope="module")
 def release(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("corpus")
+    return release_of(tmp_path_factory.mktemp("corpus"))
+
+
+def release_of(folder, change=lambda program: program):
+    """Release of the samples, whose programs are changed after they were drawn."""
     store = Store(folder / "store")
     rows = []
     for number, sample_id in enumerate(IDS):
         row, program = sample(number, sample_id)
         names = {}
         exec(program, names)
+        program = change(program)
         store.put(program, np.stack(list(names["frames"]())), 15)
-        rows.append(row)
+        rows.append(replace(row, program_sha256=text_sha256(program)))
     write_manifest(folder / "manifest.parquet", rows)
     out = folder / "release"
     configs = {"tiny": None}
@@ -81,6 +88,15 @@ def test_oracle_is_perfect_on_every_sample(release, tmp_path):
         means = {name: m["valid"]["mean"] for name, m in summary[part].items()}
         assert means["mask_iou"] == 1
         assert means["mse"] == means["color_tv"] == means["semd"] == means["wmae"] == 0
+
+
+def test_programs_of_a_release_do_nothing_but_draw(tmp_path):
+    mark = tmp_path / "was here"
+    tampered = release_of(tmp_path, lambda program: planted(program, mark))
+    summary = run(tampered, "oracle", tmp_path / "out")
+    assert summary["outcomes"] == {"ok": 3}
+    assert summary["continuation"]["mask_iou"]["valid"]["mean"] == 1
+    assert not mark.exists()
 
 
 def test_copying_beats_nothing_and_loses_to_the_oracle(release, tmp_path):

@@ -323,3 +323,10 @@ def test_nothing_is_so_fast_that_numbers_overflow(objects, sections, told):
     with pytest.raises(SceneError) as error:
         Scene.from_data(scene_data(*objects, **sections))
     assert told in str(error.value)
+
+
+def test_a_tiny_time_step_does_not_make_a_huge_gravity_valid():
+    steps = scene_data()["simulation"] | {"time_step_dt": 1e-105}
+    air = {"gravity": [0.0, -1e200]}
+    with pytest.raises(SceneError, match=r"gravity is 1e\+200 m/s\^2, must be <= 1000"):
+        Scene.from_data(scene_data() | {"simulation": steps, "environment": air})

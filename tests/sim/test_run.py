@@ -209,28 +209,87 @@ def test_a_process_that_keeps_the_pipe_open_is_not_waited_for():
     assert time.monotonic() - start < 4
 
 
+@pytest.mark.parametrize("trusted", [True, False], ids=["trusted", "sandbox"])
+def test_a_program_ends_when_its_caller_is_killed(trusted, tmp_path):
+    script = (
+        "import sys\n"
+        "from mpmworlds.sim.run.run import run\n"
+        "say = lambda frames: print(len(frames), flush=True) or True\n"
+        f"run(sys.argv[1], trusted={trusted}, watch=say)\n"
+    )
+    waits = FRAMES + "    time.sleep(60)\n"
+    with subprocess.Popen(
+        [sys.executable, "-c", script, waits],
+        stdout=subprocess.PIPE,
+        env=os.environ | {"TMPDIR": str(tmp_path)},
+    ) as caller:
+        assert [caller.stdout.readline() for _ in range(3)] == [b"1\n", b"2\n", b"3\n"]
+        started = descendants(caller.pid)
+        assert started
+        caller.kill()
+    assert not any(map(lives, started))
+
+
+def descendants(pid):
+    """Numbers of the processes that a process has started, and of theirs."""
+    listed = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [*map(int, listed), *(n for child in listed for n in descendants(child))]
+
+
+def test_a_claim_to_have_ended_well_without_a_frame_is_no_success():
+    forged = """
+import json, os, struct, sys, time
+report = json.dumps({"status": "ok", "message": ""}).encode()
+pipe = json.loads(sys.argv[1])["pipe"]
+os.write(pipe, struct.pack("<4sIIQ", b"REPT", 0, 0, len(report)) + report)
+time.sleep(60)
+"""
+    outcome = run(forged, timeout=30, trusted=True)
+    assert (outcome.status, len(outcome.frames)) == ("no_frames", 0)
+
+
+@pytest.mark.parametrize(
+    "does",
+    [
+        "shutil.rmtree(here)",
+        "shutil.rmtree(here); open(here, 'w').close()",
+        "shutil.rmtree(here); os.symlink('/', here)",
+        "os.makedirs('a/b'); os.chmod('a', 0); os.chmod('.', 0)",
+    ],
+    ids=["goes", "becomes a file", "becomes a link", "is locked"],
+)
+def test_whatever_becomes_of_its_folder_a_program_has_an_outcome(does):
+    program = FRAMES + f"    import shutil; here = os.getcwd(); {does}\n"
+    outcome = run(program, timeout=30, trusted=True)
+    assert (outcome.status, len(outcome.frames)) == ("ok", 3)
+
+
 def test_a_program_cannot_print_into_the_terminal():
     outcome = run("raise ValueError('\\x1b[2J\\x07')\n", trusted=True)
     assert "ValueError: ?[2J?" in outcome.message
 
 
+RUN = "from mpmworlds.sim.run.run import run; print(run(sys.argv[1]).status)"
+RUN_WARM = """
+from mpmworlds.sim.run.warm import WarmStart
+with WarmStart() as warm:
+    print(warm.run(sys.argv[1], 3, 60.0, pictures=True).status)
+"""
+
+
 @pytest.mark.parametrize(
-    ("limit", "error"), [(1 << 30, "must be at least 2048"), (3 << 30, None)]
+    ("call", "status"), [(RUN, "ok\n"), (RUN_WARM, "no_states\n")], ids=["run", "warm"]
 )
-def test_a_low_limit_of_the_shell_is_told_or_kept_to(limit, error):
-    script = (
-        "import resource, sys\n"
-        f"resource.setrlimit(resource.RLIMIT_AS, ({limit}, {limit}))\n"
-        "from mpmworlds.sim.run.run import run\n"
-        "print(run(sys.argv[1], trusted=True).status)\n"
-    )
+@pytest.mark.parametrize("limit", [1 << 30, 3 << 30], ids=["too low", "low"])
+def test_a_low_limit_of_the_shell_is_told_or_kept_to(limit, call, status):
+    limited = f"resource.setrlimit(resource.RLIMIT_AS, ({limit}, {limit}))"
     done = subprocess.run(
-        [sys.executable, "-c", script, FRAMES],
+        [sys.executable, "-c", f"import resource, sys\n{limited}\n{call}", FRAMES],
         capture_output=True,
         text=True,
         check=False,
     )
-    if error:
-        assert error in done.stderr
+    if limit < 2 << 30:
+        assert "1024 MiB of address space here (ulimit -v), must be at" in done.stderr
     else:
-        assert done.stdout == "ok\n"
+        assert done.stdout == status

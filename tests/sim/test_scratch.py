@@ -116,3 +116,14 @@ def test_a_folder_in_which_a_dying_process_still_writes_goes_in_the_end(
     scratch.close()
     assert len(tries) == 3
     assert list(temporary.iterdir()) == []
+
+
+def test_a_folder_that_is_locked_goes_all_the_same(as_a_user, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", as_a_user)
+    scratch = Scratch()
+    inner = scratch.path / "inner"
+    (inner / "innermost").mkdir(parents=True)
+    for folder in (inner / "innermost", inner, scratch.path):
+        folder.chmod(0)
+    scratch.close()
+    assert os.listdir(as_a_user) == []

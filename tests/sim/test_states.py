@@ -124,6 +124,17 @@ def test_particles_belong_to_the_bodies_and_emitters_and_weigh_as_they_do(mixed)
     assert np.isinf([states.solid_mass, states.solid_inertia]).all()
 
 
+def test_where_all_is_rigid_there_is_no_particle(tmp_path):
+    data = scene_data(BLOCK, frames=2)
+    states = states_of(data, outcome_of(data))
+    assert states.positions.shape == states.velocities.shape == (2, 0, 2)
+    assert len(states.mass) == len(states.object_id) == 0
+    found = invariants(states, states.gravity)
+    assert all(np.isfinite(values).all() for values in found.values())
+    save_states(tmp_path / "states.npz", states)
+    assert load_states(tmp_path / "states.npz").positions.shape == (2, 0, 2)
+
+
 def test_rigid_body_weighs_as_its_shape_does(falling):
     area, square = 0.12 * 0.2, 0.12**2 + 0.2**2
     assert falling.solid_id.tolist() == [1]

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from mpmworlds.sim.scene.errors import SceneError
 from mpmworlds.sim.scene.scene import Scene
-from mpmworlds.sim.scene.text import dump_yaml, parse_yaml
-from tests.sim.scenes import scene_data
+from mpmworlds.sim.scene.text import LONGEST, dump_yaml, parse_yaml
+from tests.sim.scenes import BODY, scene_data
 
 
 def value_of(text):
@@ -124,7 +124,7 @@ def test_a_long_row_of_digits_is_read_in_no_time():
 
 @pytest.mark.parametrize(
     ("text", "told"),
-    [(None, "is NoneType, must be text"), (" " * (1 << 21), "must have <= 1048576")],
+    [(None, "is NoneType, must be text"), (" " * (1 << 19), "must have <= 262144")],
     ids=["none", "long"],
 )
 def test_what_is_no_scene_file_is_told(text, told):
@@ -139,3 +139,66 @@ def test_a_message_shows_few_faults_and_each_on_a_short_line():
     assert lines[-1] == "scene: and 979 more"
     assert max(map(len, lines)) < 600
     assert len(error.faults) == 999
+
+
+def holding(*objects):
+    """Data of a scene of objects that may be wrong."""
+    return scene_data() | {"objects": list(objects)}
+
+
+def crowd(count):
+    return holding(*(BODY | {"name": f"thing_{i}"} for i in range(count)))
+
+
+def test_too_many_objects_are_told_in_no_time_and_in_one_line():
+    start = time.process_time()
+    with pytest.raises(SceneError) as error:
+        Scene.from_data(crowd(100_000))
+    told = "scene: has 100000 objects, must have <= 64; leave some out"
+    assert str(error.value) == told
+    assert time.process_time() - start < 1.0
+
+
+def test_objects_that_all_overlap_are_told_in_a_short_time_and_text():
+    start = time.process_time()
+    with pytest.raises(SceneError) as error:
+        Scene.from_yaml(dump_yaml(crowd(64)))
+    assert len(error.value.faults) == 64 * 63 // 2
+    assert len(str(error.value)) < 5000
+    assert time.process_time() - start < 5.0
+
+
+def test_the_most_objects_of_the_longest_shape_have_room():
+    vertices = [[0.1234567890123456] * 2] * 24
+    polygon = BODY | {"shape": {"type": "polygon", "vertices": vertices}}
+    text = dump_yaml(holding(*[polygon] * 64))
+    assert 2 * len(text) < LONGEST
+
+
+RUDE = "\x1b[2J\r\u202e" + "n" * 9000
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        yaml.safe_dump(holding(BODY | {"name": RUDE})),
+        yaml.safe_dump(holding(BODY | {RUDE: 1})),
+        yaml.safe_dump(scene_data(BODY) | {RUDE: 1}),
+        yaml.safe_dump(scene_data(BODY) | {"schema": RUDE}),
+        '"\\e[2J": 1\n"\\e[2J": 1\n',
+    ],
+    ids=["name", "key of an object", "key", "value", "repeated key"],
+)
+def test_names_keys_and_values_are_cut_and_cannot_move_the_cursor(text):
+    with pytest.raises(SceneError) as error:
+        Scene.from_yaml(text, "a\x1b[2Jb.yaml")
+    lines = str(error.value).split("\n")
+    assert all(line.isprintable() for line in lines)
+    assert max(map(len, lines)) < 300
+    assert lines[0].startswith("a\\x1b[2Jb.yaml: ")
+    assert "\\x1b[2J" in lines[0].removeprefix("a\\x1b[2Jb.yaml: ")
+
+
+def test_a_long_name_does_not_hide_what_is_wrong():
+    with pytest.raises(SceneError, match=r"name = 'nnn.*\.\.\., must match"):
+        Scene.from_data(holding(BODY | {"name": "n" * 9000}))

@@ -1,14 +1,15 @@
 """The command `mpmworlds`: each verb is one thin function over the library.
 
 Exit status: 0 done; 1 what was asked about does not hold, or a program failed; 2 wrong
-use or wrong input. Results go to standard output, progress and messages to standard
-error.
+use or wrong input; 128 + N ended by signal N, such as 130 by Ctrl-C. Results go to
+standard output, progress and messages to standard error.
 """
 
 import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import mpmworlds
 from mpmworlds.cli import (
@@ -24,6 +25,7 @@ from mpmworlds.cli import (
     scenes,
 )
 from mpmworlds.cli.common import DONE, WRONG_USE, say
+from mpmworlds.cli.endings import Ended, endings_raised
 
 INTERRUPTED = 130
 VERBS = (
@@ -53,7 +55,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     verb: Callable[[argparse.Namespace], int] = options.verb
     try:
-        return verb(options)
+        with endings_raised():
+            return verb(options)
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
@@ -63,6 +66,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         say(f"mpmworlds {options.name}: interrupted; run it again to go on")
         return INTERRUPTED
+    except Ended as ended:
+        with suppress(OSError):  # the terminal may be gone
+            say(f"mpmworlds {options.name}: ended by {ended}; run it again to go on")
+        return 128 + ended.number
 
 
 def _text(error: BaseException) -> str:

@@ -17,6 +17,7 @@ from mpmworlds.cli.common import (
     say,
 )
 from mpmworlds.cli.materialise import tell
+from mpmworlds.files.targets import check_file
 
 
 def add_plan(verbs: Any) -> None:
@@ -46,6 +47,7 @@ def plan(options: argparse.Namespace) -> int:
     from mpmworlds.builder.plan.plan import write_plan
     from mpmworlds.builder.plan.trials import RECORDED, write_recorded
 
+    check_file(options.record_trials)
     done = write_plan(
         parameters(options).profile(options.config),
         options.out,

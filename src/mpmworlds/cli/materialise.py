@@ -15,6 +15,7 @@ from mpmworlds.cli.common import (
     parameters,
     say,
 )
+from mpmworlds.files.targets import check_file
 from mpmworlds.files.text import read_text
 
 SELECTION = ("split", "kind", "where", "sample", "limit")
@@ -110,6 +111,7 @@ def materialise(options: argparse.Namespace) -> int:
         return DONE
     if options.dry_run:
         return _foretell(rows, chosen, store, options)
+    check_file(options.record)
     done, path = render_rows(
         chosen,
         store,

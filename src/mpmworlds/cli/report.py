@@ -39,7 +39,10 @@ def gate(options: argparse.Namespace) -> int:
     """Fit, apply, and print both."""
     from mpmworlds.baselines.gate import gate_table, read_gate
     from mpmworlds.files.atomic import write_atomically
+    from mpmworlds.files.targets import check_folder
 
+    if options.out:
+        check_folder(options.out)
     report = read_gate(options.fit, options.apply)
     text = json.dumps(report, indent=2, allow_nan=False) + "\n"
     if options.out:

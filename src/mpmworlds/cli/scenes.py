@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, new_verb, say
+from mpmworlds.files.targets import check_file
 from mpmworlds.files.text import read_text
 from mpmworlds.sim.run.compilers import MODULES
 
@@ -55,6 +56,7 @@ def link(options: argparse.Namespace) -> int:
     """Write the program of a scene."""
     from mpmworlds.files.atomic import write_atomically
 
+    check_file(options.out)
     program = _program(options.scene)
     if options.out:
         write_atomically(options.out, program.encode())
@@ -137,6 +139,8 @@ def run(options: argparse.Namespace) -> int:
             raise ValueError(f"--{name} {value}: must be at least 1")
     if not options.timeout > 0:
         raise ValueError(f"--timeout {options.timeout}: must be more than 0")
+    for path in (options.out, options.sheet, options.states):
+        check_file(path)
     framerate, scene = options.framerate, None
     if options.source.suffix == ".py":
         program = read_text(options.source)

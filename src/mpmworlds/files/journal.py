@@ -13,6 +13,7 @@ from typing import Any
 
 from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.disk import disk_errors_named
+from mpmworlds.files.targets import check_file
 
 
 def read_records(path: Path) -> list[Any]:
@@ -59,6 +60,7 @@ class Journal(Closeable):
     """
 
     def __init__(self, path: Path, *, wait: bool = False) -> None:
+        check_file(path)
         self.path = path
         with disk_errors_named(path):
             path.parent.mkdir(parents=True, exist_ok=True)

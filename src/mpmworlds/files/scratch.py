@@ -10,6 +10,7 @@ import shutil
 import tempfile
 import time
 import weakref
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,7 @@ from mpmworlds.files.locks import Hold, hold
 PREFIX: Final = "mpmworlds-"
 _HELD: Final = ".held"
 _PATIENCE: Final = 5.0  # seconds
+_PASSING: Final = {errno.ENOTEMPTY, errno.EACCES, errno.EPERM}
 
 
 class Scratch(Closeable):
@@ -43,17 +45,35 @@ class Scratch(Closeable):
 
 
 def _remove(folder: Path, held: Hold | None) -> None:
-    end = time.monotonic() + _PATIENCE
-    while True:
-        try:
-            shutil.rmtree(folder)
-            break
-        except OSError as error:  # a process that was killed may write while it dies
-            if error.errno != errno.ENOTEMPTY or time.monotonic() > end:
-                raise
-            time.sleep(0.01)
-    if held:
-        held.close()
+    """Remove a folder, whatever a program has made of it."""
+    try:
+        end = time.monotonic() + _PATIENCE
+        while os.path.lexists(folder):
+            try:
+                if folder.is_symlink() or not folder.is_dir():
+                    folder.unlink()
+                else:
+                    shutil.rmtree(folder)
+            except FileNotFoundError:  # its process, which is being killed, was faster
+                continue
+            except OSError as error:
+                # One that was killed may write while it dies, or has locked itself out.
+                if error.errno not in _PASSING or time.monotonic() > end:
+                    raise
+                _unlock(folder)
+                time.sleep(0.01)
+    finally:
+        if held:
+            held.close()
+
+
+def _unlock(path: Path) -> None:
+    """Let the owner of a folder, and of those within it, into it."""
+    with suppress(OSError):
+        if path.is_dir() and not path.is_symlink():
+            path.chmod(0o700)
+            for inner in path.iterdir():
+                _unlock(inner)
 
 
 def _held_name(parent: Path) -> tuple[Hold | None, Path]:

@@ -9,9 +9,10 @@ from mpmworlds.builder.llm.agreement import (
     disagreements,
     edge_iou,
     frame_disagreements,
+    read_disagreements,
 )
 from mpmworlds.sim.program.link import link
-from mpmworlds.sim.run.run import Outcome
+from mpmworlds.sim.run.run import Outcome, run
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.similarity import layout_image
 from tests.sim.scenes import BODY, JET, OBSTACLE, scene_data
@@ -93,6 +94,28 @@ def test_program_is_run_and_its_first_frame_is_looked_at():
         "the first frame shows nothing in #969696",
         "the first frame shows nothing in #F52D2C",
     ]
+
+
+WRITES = """\
+import cv2
+import numpy as np
+
+
+def frames():
+    cv2.VideoWriter({path!r}, cv2.VideoWriter.fourcc(*"MJPG"), 30.0, (64, 64))
+    yield np.zeros((64, 64, 3), np.uint8)
+"""
+
+
+def test_program_that_reads_harmless_and_writes_a_file_is_confined(tmp_path):
+    path = tmp_path / "was here.avi"
+    program = WRITES.format(path=str(path))
+    assert list(read_disagreements(program)) == []
+    run(program, trusted=True).expect()
+    assert path.exists()
+    path.unlink()
+    disagreements(SCENE, program)
+    assert not path.exists()
 
 
 @pytest.mark.parametrize(

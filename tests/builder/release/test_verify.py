@@ -16,11 +16,12 @@ from mpmworlds.builder.release.verify import verify_release
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import write_checksums
 from mpmworlds.sim.program.link import link
-from mpmworlds.sim.run.encode import encode_mp4
+from mpmworlds.sim.run.encode import encode_mp4, frames_sha256
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.palette import PALETTE
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.recorded_lists import read_lists, write_lists
+from tests.planted import planted
 
 SCENE = """
 schema: mpmworlds-scene/1
@@ -67,18 +68,21 @@ def copy(simulated, tmp_path):
 TEST_SHARD = Path("data/tiny/test-00000-of-00001.arrow")
 
 
+def rows_of(path):
+    with pa.OSFile(str(path), "rb") as file:
+        return pa.ipc.open_stream(file).read_all().to_pylist()
+
+
 def rewrite(path, change, features=None):
     """Change the rows of a shard and make its checksum right again."""
-    with pa.OSFile(str(path), "rb") as file:
-        rows = pa.ipc.open_stream(file).read_all().to_pylist()
-    rows = change(rows)
+    rows = change(rows_of(path))
     schema = (features or release_features()).arrow_schema
     with (
         pa.OSFile(str(path), "wb") as file,
         pa.ipc.new_stream(file, schema) as writer,
     ):
         writer.write_table(pa.Table.from_pylist(rows, schema=schema))
-    write_checksums(path.parents[3])
+    write_checksums(path.parents[2])
 
 
 def changed(**values):
@@ -229,31 +233,69 @@ def test_a_list_of_samples_that_there_are_not_is_found(copy):
     ]
 
 
-@pytest.fixture
-def simulated_again(copy):
-    """Function program -> findings, when it stands in all rows of the release."""
-
-    def findings(program):
-        for path in sorted(copy.glob("data/tiny/*.arrow")):
-            rewrite(path, changed(program=program))
-        return verify_release(copy, resimulate=2)
-
-    return findings
+def forged(rows):
+    """Another video for the same programs, with the hash of its frames."""
+    hashed = frames_sha256(np.zeros((3, 64, 64, 3), np.uint8))
+    return [row | {"frames_sha256": hashed} for row in other_video(rows)]
 
 
-def test_frames_that_the_program_does_not_render_are_found(
-    simulated_again, make_program
+def rewrite_rendered(copy, change):
+    for path in sorted(copy.glob("data/tiny/*.arrow")):
+        rewrite(path, change)
+
+
+def test_frames_that_the_program_does_not_render_are_found(copy):
+    rewrite_rendered(copy, forged)
+    told = "simulated again, it gives other frames on this machine"
+    findings = verify_release(copy, resimulate=2)
+    assert sorted(findings) == [f"{name}: {told}" for name in ("p0000", "p0001")]
+
+
+def test_a_row_with_findings_is_not_simulated_again(copy):
+    rewrite_rendered(copy, changed(program="raise ValueError\n"))
+    findings = verify_release(copy, resimulate=2)
+    assert any("its program is not the one that program_sha" in f for f in findings)
+    assert not any("simulated again" in text for text in findings)
+
+
+@pytest.mark.parametrize("hashes", ["stale sums", "stale", "fixed up", "all fixed up"])
+def test_a_program_that_was_tampered_with_is_found_and_never_run(
+    copy, tmp_path, hashes
 ):
-    findings = simulated_again(make_program(0))
+    mark = tmp_path / "was here"
+    sums = (copy / "SHA256SUMS").read_bytes()
+
+    def plant(rows):
+        rows = [row | {"program": planted(row["program"], mark)} for row in rows]
+        if hashes in ("stale sums", "stale"):
+            return rows
+        return [row | {"program_sha256": text_sha256(row["program"])} for row in rows]
+
+    rewrite_rendered(copy, plant)
+    if hashes == "stale sums":
+        (copy / "SHA256SUMS").write_bytes(sums)
+    if hashes == "all fixed up":
+        for path in sorted(copy.glob("data/recipes/*.arrow")):
+            rendered = copy / "data/tiny" / path.name
+            own = {row["id"]: row["program_sha256"] for row in rows_of(rendered)}
+            rewrite(
+                path,
+                lambda rows, own=own: [
+                    row | {"program_sha256": own[row["id"]]} for row in rows
+                ],
+                features=recipe_features(),
+            )
+    findings = verify_release(copy, resimulate=9)
     for name in ("p0000", "p0001"):
-        assert f"{name}: simulated again, it gives other frames on this machine" in (
-            findings
-        )
+        assert any(f"{name}: its " in text for text in findings), findings
+    assert not mark.exists()
 
 
-def test_a_program_that_fails_is_found(simulated_again):
-    findings = simulated_again("def frames(): raise ValueError\n")
-    assert any("p0001: simulated again: exception" in text for text in findings)
+def test_what_is_planted_into_a_program_would_run(simulated, tmp_path):
+    mark = tmp_path / "was here"
+    row, *_ = rows_of(simulated / TEST_SHARD)
+    run(planted(row["program"], mark), 1, trusted=True).expect()
+    assert mark.exists()
 
 
 def test_rows_of_the_manifest_and_of_the_recipes_are_the_same_fields(make_row):
