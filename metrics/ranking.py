@@ -7,7 +7,9 @@ import numpy as np
 from mpmworlds.metrics.aggregate import Columns, Interval, Row, bootstrap
 from mpmworlds.metrics.registry import SCORED, metric_named
 
-LEAST = -1.0  # that one metric adds: else one that hardly differs would decide alone
+LEAST, MOST = -1.0, 2.0
+"""What one metric adds: else one in which copy_last and the ceiling hardly differ would
+decide alone."""
 
 
 def anchored_score(
@@ -48,7 +50,7 @@ def anchored_score(
     which copy_last is worse than the ceiling. On the others (it loses no body and jumps
     nowhere, by construction) there is nothing to gain: what a system loses beyond the
     ceiling, `(L - L_ceiling) / (1 - L_ceiling)`, is taken from the sum. No metric adds
-    less than -1.
+    less than -1 or more than 2.
     """
     names = [name for name, metric in SCORED.items() if metric.anchored]
     system, floor = _by_sample(rows), _by_sample(copy_last)
@@ -95,7 +97,7 @@ def _anchored(means: Columns) -> Columns:
     system, floor, ceiling = np.split(means, 3, axis=1)
     gains = floor > ceiling
     scale = np.where(gains, floor - ceiling, 1.0)
-    gained = np.maximum((floor - system) / scale, LEAST)
+    gained = np.clip((floor - system) / scale, LEAST, MOST)
     lost = np.maximum(system - ceiling, 0.0) / np.maximum(1.0 - ceiling, 1e-12)
     total = np.where(gains, gained, -lost).sum(axis=1)
     return np.asarray(total / np.maximum(gains.sum(axis=1), 1))

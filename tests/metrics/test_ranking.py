@@ -56,6 +56,14 @@ def test_the_truth_is_above_the_ceiling() -> None:
     assert anchored(truth) == pytest.approx(sum(gains) / 3)
 
 
+def test_a_metric_on_which_the_anchors_hardly_differ_does_not_decide_alone() -> None:
+    near = CEILING | {"color_tv": FLOOR["color_tv"] - 1e-6}
+    ceilings = dict.fromkeys(SAMPLES, near)
+    truth = rows("a", {name: SCORED[name].best for name in ANCHORED})
+    found = anchored_score(truth, rows("copy_last", FLOOR), ceilings)
+    assert found.mean == pytest.approx(((1 - 0.5) / 0.4 + 1.0 / 0.8 + 2.0) / 3)
+
+
 @pytest.mark.parametrize("name", ANCHORED)
 def test_worse_never_scores_more(name: str) -> None:
     worst = SCORED[name].worst
