@@ -210,6 +210,7 @@ def evaluate_examples(
     Path
         The summary.
     """
+    check_folder(out_dir)
     names = _names(examples)
     number = {name: k for k, name in enumerate(names)}
 
@@ -236,7 +237,6 @@ def _evaluate(
     how: How,
     retries: int,
 ) -> Path:
-    check_folder(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
     if not names:
         raise ValueError(

@@ -145,9 +145,8 @@ class Runs:
     ) -> Outcome:
         trusted = program.trusted or not self._sandbox
         limit = self._limit or LEAST_TIME
-        start = time.monotonic()
         outcome = run(program.text, frames, limit, trusted=trusted, watch=watch)
-        self.seconds += time.monotonic() - start
+        self.seconds += outcome.seconds
         if outcome.status == "timeout" and self._limit is None:
             self._limit = max(LEAST_TIME, TIMES_REFERENCE * self._time_of_reference())
             if self._limit > LEAST_TIME:

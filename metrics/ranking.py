@@ -8,8 +8,8 @@ from mpmworlds.metrics.aggregate import Columns, Interval, Row, bootstrap
 from mpmworlds.metrics.registry import SCORED, metric_named
 
 LEAST, MOST = -1.0, 2.0
-"""What one metric adds: else one in which copy_last and the ceiling hardly differ would
-decide alone."""
+"""Bounds of what one metric adds: else one in which copy_last and the ceiling hardly
+differ would decide alone."""
 
 
 def anchored_score(
