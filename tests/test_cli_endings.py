@@ -59,6 +59,7 @@ def begun(scratch):
             env=os.environ | {"TMPDIR": str(scratch)},
             text=True,
             start_new_session=True,
+            preexec_fn=hears_hangups,
         )
         processes.append(process)
         count = 1 if arguments[0] == "run" else 2
@@ -74,6 +75,11 @@ def begun(scratch):
         process.kill()
         process.wait()
         process.stderr.close()
+
+
+def hears_hangups():
+    """What ignores them, such as tests under `nohup`, hands that on."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def long_ones(scratch):
