@@ -59,18 +59,10 @@ def _wrap(module: ModuleType) -> None:
 
     @functools.wraps(original)
     def dataset_module_factory(path: str, *args: Any, **kwargs: Any) -> Any:
-        # Here, because importing these costs more than `import mpmworlds` may.
-        from pathlib import Path
+        # Here, because importing this costs more than `import mpmworlds` may.
+        from mpmworlds.loaders.modules import module_of
 
-        from mpmworlds.loaders.integrity import check_release
-        from mpmworlds.loaders.locate import HUB_REPOSITORY, NAME, is_release, resolve
-
-        if str(path) == NAME:
-            # A revision is one of the Hub's: a local folder has none.
-            path = HUB_REPOSITORY if kwargs.get("revision") else resolve()
-        if is_release(Path(path)):
-            check_release(Path(path))
-        return original(path, *args, **kwargs)
+        return module_of(original, path, *args, **kwargs)
 
     setattr(dataset_module_factory, _MARK, True)
     setattr(module, _FUNCTION, dataset_module_factory)

@@ -4,16 +4,21 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, overload
 
 import datasets
-from datasets.utils.metadata import MetadataConfigs
-from huggingface_hub import DatasetCard
 
-from mpmworlds.files.checksums import read_checksums
+from mpmworlds.builder.release.layout import CARD, RECORD
+from mpmworlds.files.checksums import CHECKSUMS
 from mpmworlds.loaders.clips import CLIP, VIDEO, Clip, Stills, clip_of, sampled
-from mpmworlds.loaders.integrity import check_release
-from mpmworlds.loaders.locate import is_release, resolve
+from mpmworlds.loaders.locate import (
+    HUB_REPOSITORY,
+    ReleaseNotFoundError,
+    is_release,
+    resolve,
+)
+from mpmworlds.loaders.mapped import mapped
+from mpmworlds.loaders.places import rows_of
 from mpmworlds.loaders.regimes import DEFAULT, REGIMES, Regime, regime_named
 from mpmworlds.metrics.reduction import Frames, split_clip
 from mpmworlds.sim.scene.scene import Scene
@@ -82,81 +87,153 @@ class Examples(Sequence[Example]):
         return (self[index] for index in range(len(self)))
 
 
+class ExampleStream:
+    """The examples of a stream, one after another.
+
+    Parameters
+    ----------
+    rows
+        A stream of ``datasets``.
+    regime
+        What is told of the scenes.
+    """
+
+    def __init__(self, rows: datasets.IterableDataset, regime: Regime) -> None:
+        self.rows = rows
+        self.regime = regime
+
+    def __iter__(self) -> Iterator[Example]:
+        return (example_of(row, self.regime) for row in self.rows)
+
+    def take(self, n: int) -> "ExampleStream":
+        """The first n of them."""
+        return ExampleStream(self.rows.take(n), self.regime)
+
+    def skip(self, n: int) -> "ExampleStream":
+        """Those after the first n."""
+        return ExampleStream(self.rows.skip(n), self.regime)
+
+
+@overload
+def load(
+    name_or_dir: str | Path = ...,
+    split: str | None = ...,
+    config: str | None = ...,
+    regime: str = ...,
+    *,
+    ids: Sequence[str] | None = ...,
+    revision: str | None = ...,
+    streaming: Literal[False] = ...,
+) -> Examples: ...
+
+
+@overload
+def load(
+    name_or_dir: str | Path = ...,
+    split: str | None = ...,
+    config: str | None = ...,
+    regime: str = ...,
+    *,
+    ids: Sequence[str] | None = ...,
+    revision: str | None = ...,
+    streaming: Literal[True],
+) -> ExampleStream: ...
+
+
 def load(
     name_or_dir: str | Path = "tiny",
-    split: str = "test",
+    split: str | None = "test",
     config: str | None = None,
     regime: str = DEFAULT,
-) -> Examples:
-    """Load the examples of a split.
+    *,
+    ids: Sequence[str] | None = None,
+    revision: str | None = None,
+    streaming: bool = False,
+) -> "Examples | ExampleStream":
+    """Load examples.
 
-    A local release is mapped into memory, not copied into the cache of ``datasets``,
-    and the files that are used are checked against SHA256SUMS.
+    A local release is mapped into memory, not copied into the cache of ``datasets``.
+    Nothing that is not as it was built is given: files of a folder are hashed once,
+    and whenever they have changed; what comes from the Hub is hashed as it is read.
 
     Parameters
     ----------
     name_or_dir
         Name of a configuration of the release that ``load_dataset("mpmworlds")`` finds,
-        or the folder of a release.
+        or a release itself: its folder (a `Path`, or a text with a separator or a
+        leading dot), or a repository on the Hub such as ``"mpmworlds/mpmworlds"``.
     split
-        ``train``, ``modification_validation`` or ``test``.
+        As for ``load_dataset``: ``train``, ``modification_validation`` or ``test``,
+        parts such as ``"test[:10]"`` and ``"train[:5%]"``, and sums, ``"train+test"``.
     config
-        Configuration, when a folder is named; its default one if left out.
+        Configuration of a release that is named; its default one if left out.
     regime
         What is told of the scenes besides their prefixes, a key of
         `mpmworlds.loaders.regimes.REGIMES`: nothing, unless another one is named.
+    ids
+        Only these samples, of whatever split, without reading any others.
+    revision
+        Version of a repository on the Hub.
+    streaming
+        Read on from one example to the next, for releases that are not here.
 
     Returns
     -------
-    sequence of Example
+    Examples, or ExampleStream if `streaming`
         Decoded one by one when they are asked for.
 
     Raises
     ------
     ValueError
-        If the release has no such configuration or split, both arguments name a
+        If the release has no such configuration, split or sample, both arguments name a
         configuration, or there is no such regime.
+    ReleaseNotFoundError
+        If there is no release.
     ChecksumError
-        If a file of a local release is damaged.
+        If something is not as it was built.
     """
-    if is_release(Path(name_or_dir)):
-        return Examples(_map(Path(name_or_dir), config, split), regime)
-    if config is not None:
-        raise ValueError(
-            f"{name_or_dir}: is no release, so config = {config!r} cannot be one "
-            "of its; name the folder of a release, or the configuration alone"
+    place, name = _place_of(name_or_dir, config, revision)
+    chosen = regime_named(regime)
+    if ids is not None:
+        return Examples(rows_of(place, ids, name, revision), regime)
+    if streaming:
+        rows = datasets.load_dataset(
+            place, name, split=split, revision=revision, streaming=True
         )
-    place = resolve()
-    if is_release(Path(place)):
-        return Examples(_map(Path(place), str(name_or_dir), split), regime)
-    found = datasets.load_dataset(place, str(name_or_dir), split=split)
+        return ExampleStream(rows, chosen)
+    if split is None:
+        raise ValueError("split = None, must be one; or name ids")
+    if is_release(Path(place)) and not revision:
+        return Examples(mapped(Path(place), name, split), regime)
+    found = datasets.load_dataset(place, name, split=split, revision=revision)
     return Examples(found, regime)
 
 
-def _map(root: Path, config: str | None, split: str) -> datasets.Dataset:
-    chosen = config or _default_config(root)
-    start = f"data/{chosen}/{split}-"
-    names = [name for name in sorted(read_checksums(root)) if name.startswith(start)]
-    if not names:
-        splits = sorted(
-            f"{Path(name).parent.name}/{Path(name).name.partition('-')[0]}"
-            for name in read_checksums(root)
-            if name.endswith(f"-00000-of-{name[-11:-6]}.arrow")
+def _place_of(
+    name_or_dir: str | Path, config: str | None, revision: str | None
+) -> tuple[str, str | None]:
+    """Folder or repository of a release, and the configuration that is named."""
+    text = str(name_or_dir)
+    if is_release(Path(name_or_dir)):
+        return str(Path(name_or_dir)), config
+    folder = isinstance(name_or_dir, Path) or text.startswith((".", "/", "~"))
+    if folder or Path(name_or_dir).is_dir():
+        raise ReleaseNotFoundError(
+            f"{text}: is no release ({CARD}, {RECORD}, {CHECKSUMS}, data); name the "
+            f"folder of one, or build one: mpmworlds build --config tiny --out {text}"
         )
+    if "/" in text:
+        if text.count("/") > 1:
+            raise ReleaseNotFoundError(
+                f"{text}: there is no such folder, and a repository is OWNER/NAME"
+            )
+        return text, config
+    if config is not None:
         raise ValueError(
-            f"{root}: has no split {chosen}/{split}; it has {', '.join(splits)}"
+            f"{text}: is no release, so config = {config!r} cannot be one "
+            "of its; name the folder of a release, or the configuration alone"
         )
-    check_release(root, names)
-    parts = [datasets.Dataset.from_file(str(root / name)) for name in names]
-    return datasets.concatenate_datasets(parts)
-
-
-def _default_config(root: Path) -> str:
-    card = DatasetCard.load(root / "README.md")
-    name = MetadataConfigs.from_dataset_card_data(card.data).get_default_config_name()
-    if name is None:
-        raise ValueError(f"{root}/README.md: names no default configuration; name one")
-    return str(name)
+    return (HUB_REPOSITORY if revision else resolve()), text
 
 
 def neutral_name(sample_id: str) -> str:

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from typing import Final
 
+from mpmworlds.builder.release.layout import CARD, RECORD
 from mpmworlds.files.checksums import CHECKSUMS
 
 NAME: Final = "mpmworlds"
@@ -13,18 +14,13 @@ USUAL_PLACES: Final = (Path(NAME), Path("release") / NAME)
 
 
 class ReleaseNotFoundError(FileNotFoundError):
-    """``$MPMWORLDS_RELEASE`` names a folder that holds no release."""
+    """There is no release where one was looked for."""
 
 
 def is_release(folder: Path) -> bool:
-    """Tell whether a folder is a release: a card, checksums, and data of ours."""
-    parts = (
-        folder / "README.md",
-        folder / CHECKSUMS,
-        folder / "data",
-        folder / "splits",
-    )
-    return all(part.exists() for part in parts)
+    """Tell whether a folder is a release: a card, a record of ours, checksums, data."""
+    parts = (CARD, RECORD, CHECKSUMS, "data")
+    return all((folder / part).exists() for part in parts)
 
 
 def resolve() -> str:
@@ -42,11 +38,25 @@ def resolve() -> str:
     if named:
         if not is_release(Path(named)):
             raise ReleaseNotFoundError(
-                f"${VARIABLE} = {named!r}: holds no release (README.md, {CHECKSUMS}, "
-                "data, splits); build one there, or correct or unset the variable"
+                f"${VARIABLE} = {named!r}: holds no release ({CARD}, {RECORD}, "
+                f"{CHECKSUMS}, data); build one there, or correct or unset the variable"
             )
         return str(Path(named).absolute())
     for place in USUAL_PLACES:
         if is_release(place):
             return str(place.absolute())
     return HUB_REPOSITORY
+
+
+def snapshot() -> Path | None:
+    """What was downloaded of the repository on the Hub before, in its newest version.
+
+    The files of a configuration that was loaded are there; others may be missing.
+    """
+    from huggingface_hub import try_to_load_from_cache
+
+    found = try_to_load_from_cache(HUB_REPOSITORY, RECORD, repo_type="dataset")
+    if not isinstance(found, str):
+        return None
+    folder = Path(found).parent
+    return folder if is_release(folder) else None

@@ -23,7 +23,10 @@ ALLOWED = {
     "loaders": {"files", "sim", "splits", "metrics", "loaders"},
     "baselines": set(FOLDERS),
 }
-EXCEPTIONS = {("loaders", "mpmworlds.builder.release.features")}
+EXCEPTIONS = {
+    ("loaders", "mpmworlds.builder.release.features"),
+    ("loaders", "mpmworlds.builder.release.layout"),
+}
 RELATIVE = "mpmworlds.sim.run.sandbox"  # loaded as a package of another name, too
 OPTIONAL = {"torch", "transformers", "diffusers", "ray", "matplotlib", "openai"}
 

@@ -1,0 +1,1 @@
+"""What loading costs, and in which form it costs least."""

@@ -332,7 +332,7 @@ def _settle(
 def _write_lists(
     folder: Path, corpora: Sequence[Corpus], tables: Mapping[str, pa.Table]
 ) -> None:
-    """Lists of the first corpus, and those of each other one in a folder of its name."""
+    """Write the lists of the first corpus, and of each other into a folder of its."""
     for corpus in corpora:
         rows = tables[corpus.name]
         ids, splits = rows["id"].to_pylist(), rows["split"].to_pylist()

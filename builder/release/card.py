@@ -23,7 +23,7 @@ from mpmworlds.builder.release.features import (
     RENDERED_COLUMNS,
     features_of,
 )
-from mpmworlds.builder.release.layout import Record
+from mpmworlds.builder.release.layout import CONTENT, Record
 from mpmworlds.builder.statistics.counts import count_table
 from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.splits.ids import SampleId
@@ -35,7 +35,6 @@ STATISTICS_MARK: Final = "<!-- statistics -->"
 LISTS_MARK: Final = "<!-- lists -->"
 CONFIG_MARK: Final = "<config>"
 SPLIT_MARK: Final = "<split>"
-DESCRIPTION: Final = "content sha256:"  # begins the description of a configuration
 
 _SIZE_CATEGORIES: Final = (
     (1_000, "n<1K"),
@@ -136,7 +135,7 @@ def _config(size: ConfigSize, record: Record, is_default: bool) -> dict[str, Any
     default = {"default": True} if is_default else {}
     # With other content the header is another one, and so is the key of the cache in
     # which `datasets` keeps what it has loaded.
-    content = f"{DESCRIPTION}{record.digest(size.name)}"
+    content = f"{CONTENT}{record.digest(size.name)}"
     described = {"version": record.version, "description": content}
     return {**described, "data_files": data_files, **default}
 

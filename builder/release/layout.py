@@ -21,6 +21,7 @@ SPLIT_LISTS: Final = "splits"
 RECIPES: Final = "recipes"  # all rows of the corpus, without program and video
 PREVIEW: Final = "preview"  # videos for eyes
 CLIPS: Final = "-clips"  # ends the name of a configuration without full videos
+CONTENT: Final = "content sha256:"  # begins the description of each configuration
 _SCHEMA: Final = b"schema of the rows"  # key in the metadata of an index
 _INDEX: Final = pa.schema(
     [
@@ -198,9 +199,15 @@ class Index:
         if not found.equals(_INDEX):
             raise LayoutError(f"{where}: has other columns than an index")
 
+    def files(self) -> dict[str, str]:
+        """Path of each file -> its split."""
+        columns = (self.table[name].to_pylist() for name in ("path", "split"))
+        return dict(zip(*columns, strict=True))
+
     def batches(self, path: str) -> list[Batch]:
         """Batches of a file, in order."""
-        return [batch for _, batch in self._of(self.table["path"].to_pylist(), path)]
+        paths = self.table["path"].to_pylist()
+        return [self.at(k)[1] for k, found in enumerate(paths) if found == path]
 
     def places(self) -> dict[str, tuple[int, int]]:
         """Id -> number of its batch among all, and of its row in that."""
@@ -215,6 +222,3 @@ class Index:
         row = self.table.slice(number, 1).to_pylist()[0]
         batch = Batch(row["offset"], row["size"], row["sha256"], tuple(row["ids"]))
         return str(row["path"]), batch
-
-    def _of(self, paths: list[str], path: str) -> list[tuple[str, Batch]]:
-        return [self.at(k) for k, found in enumerate(paths) if found == path]

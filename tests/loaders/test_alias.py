@@ -195,8 +195,8 @@ def test_damage_is_an_error_where_datasets_alone_would_load_it(
     """
     found = python(statements)
     assert found["rows"] == 1
-    assert "data/mini/test-00000-of-00001.arrow: its sha256 is not" in found["error"]
-    assert "fetch or build it again" in found["error"]
+    assert "data/mini/test-00000-of-00001.arrow: the bytes of p0002" in found["error"]
+    assert "fetch or build the release again" in found["error"]
 
 
 def test_installing_imports_nothing_heavy(python):

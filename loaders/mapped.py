@@ -1,0 +1,75 @@
+"""Splits of a local release, mapped into memory as they lie there."""
+
+from pathlib import Path
+
+import datasets
+from datasets.arrow_reader import ReadInstruction
+
+from mpmworlds.builder.release.layout import Record, index_path, read_record
+from mpmworlds.loaders.integrity import check_release
+from mpmworlds.loaders.missing import no_such_config
+
+
+def mapped(root: Path, config: str | None, split: str) -> datasets.Dataset:
+    """Rows of a split, a part of one, or a sum of these.
+
+    Parameters
+    ----------
+    root
+        Folder of the release.
+    config
+        Configuration; the default one of the release if None.
+    split
+        As for ``load_dataset``, e.g. ``"test[:10]+train"``.
+
+    Raises
+    ------
+    ValueError
+        If the release has no such configuration or split, or the split is no such text.
+    ChecksumError
+        If a file that is needed is not as it was built.
+    """
+    record = read_record(root)
+    name = chosen_config(record, config, root)
+    rows: dict[str, int] = {}
+    for file in record.configs[name].files:
+        rows[file.split] = rows.get(file.split, 0) + file.rows
+    parts = []
+    try:
+        instructions = ReadInstruction.from_spec(split).to_absolute(rows)
+    except ValueError as error:
+        there = ", ".join(_all_splits(record))
+        raise ValueError(
+            f"{root}: has no split {name}/{split}; it has {there} ({error})"
+        ) from None
+    for part in instructions:
+        whole = _whole_split(root, record, name, part.splitname)
+        if (part.from_, part.to) == (None, None):
+            parts.append(whole)
+        else:
+            start, stop, _ = slice(part.from_, part.to).indices(len(whole))
+            parts.append(whole.select(range(start, stop)))
+    return datasets.concatenate_datasets(parts) if parts[1:] else parts[0]
+
+
+def _all_splits(record: Record) -> list[str]:
+    configs = sorted(record.configs.items())
+    return [f"{n}/{s}" for n, c in configs for s in sorted({f.split for f in c.files})]
+
+
+def chosen_config(record: Record, config: str | None, root: Path) -> str:
+    """The configuration that is named, or the default one."""
+    if config is None:
+        return record.default
+    if config not in record.configs:
+        raise ValueError(no_such_config(config, record.configs, str(root)))
+    return config
+
+
+def _whole_split(
+    root: Path, record: Record, config: str, split: str
+) -> datasets.Dataset:
+    files = [f.path for f in record.configs[config].files if f.split == split]
+    check_release(root, [*files, index_path(config)])
+    parts = [datasets.Dataset.from_file(str(root / path)) for path in files]
+    return datasets.concatenate_datasets(parts)

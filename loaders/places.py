@@ -1,0 +1,146 @@
+"""Single rows of a release by their ids, here or on the Hub, and nothing else of it.
+
+The index of a configuration says which bytes of which file hold a row; these are read,
+held to their hash, and nothing else is.
+"""
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import datasets
+import pyarrow as pa
+from datasets.table import InMemoryTable
+
+from mpmworlds.builder.release.layout import (
+    PREVIEW,
+    RECIPES,
+    RECORD,
+    Index,
+    Record,
+    index_path,
+    parse_record,
+)
+from mpmworlds.files.checksums import ChecksumError
+from mpmworlds.loaders.checked import check_batch
+from mpmworlds.loaders.locate import ReleaseNotFoundError, is_release
+from mpmworlds.loaders.missing import no_such_config
+
+
+def rows_of(
+    place: str,
+    ids: Sequence[str],
+    config: str | None = None,
+    revision: str | None = None,
+) -> datasets.Dataset:
+    """Read some rows of a release.
+
+    Parameters
+    ----------
+    place
+        Folder of the release, or a repository on the Hub.
+    ids
+        Of the rows, in the order in which they are wanted.
+    config
+        Configuration; without it, the first one that has all of them, with full videos
+        if there is one.
+    revision
+        Version of a repository.
+
+    Returns
+    -------
+    Dataset
+        The rows, in memory.
+
+    Raises
+    ------
+    ValueError
+        If no configuration has them all.
+    ReleaseNotFoundError
+        If there is no release.
+    ChecksumError
+        If what is read is not as it was built.
+    """
+    if not ids or len(set(ids)) != len(ids):
+        raise ValueError(f"ids = {list(ids)}, must be some, each of them once")
+    files = _Files(place, revision)
+    record = parse_record(files.read(RECORD), RECORD)
+    index = _having(files, record, ids, config)
+    places = index.places()
+    found: dict[str, pa.Table] = {}
+    ordered = sorted(ids, key=lambda sample: places[sample])
+    for number, samples in groupby(ordered, key=lambda sample: places[sample][0]):
+        path, batch = index.at(number)
+        data = files.read(path, batch.offset, batch.size)
+        check_batch(data, path, batch)
+        rows = pa.ipc.read_record_batch(pa.py_buffer(data), index.schema)
+        for sample in samples:
+            row = rows.slice(places[sample][1], 1)
+            found[sample] = pa.Table.from_batches([row])
+    table = pa.concat_tables([found[sample] for sample in ids])
+    return datasets.Dataset(InMemoryTable(table))
+
+
+def _having(
+    files: "_Files", record: Record, ids: Sequence[str], config: str | None
+) -> Index:
+    """Index of the configuration to read."""
+    if config is not None and config not in record.configs:
+        raise ValueError(no_such_config(config, record.configs, files.place))
+    tried = [config] if config else _in_order(record)
+    lacking = ""
+    for name in tried:
+        index = Index(files.read(index_path(name)), index_path(name))
+        there = index.places()
+        missing = [sample for sample in ids if sample not in there]
+        if not missing:
+            return index
+        lacking = lacking or missing[0]
+    where = f"configuration {config!r}" if config else f"any of {', '.join(tried)}"
+    raise ValueError(
+        f"{files.place}: {lacking} is not in {where}, or not together with all others; "
+        f"to make it: mpmworlds regenerate {lacking}"
+    )
+
+
+def _in_order(record: Record) -> list[str]:
+    """Configurations that have videos, those with more for each row first."""
+    names = [n for n in record.configs if n not in (RECIPES, PREVIEW)]
+    return sorted(names, key=lambda name: (name.endswith("-clips"), name))
+
+
+class _Files:
+    """Files of a release, in a folder or on the Hub, and parts of them."""
+
+    def __init__(self, place: str, revision: str | None) -> None:
+        self.place = place
+        self._system: Any = None
+        self._root = place
+        if not is_release(Path(place)):
+            from huggingface_hub import HfFileSystem
+
+            self._system = HfFileSystem()
+            at = f"@{revision}" if revision else ""
+            self._root = f"datasets/{place}{at}"
+
+    def read(self, path: str, offset: int = 0, size: int | None = None) -> bytes:
+        """Bytes of a file, all from the offset on if there is no size."""
+        where = f"{self._root}/{path}"
+        try:
+            with self._opened(where) as stream:
+                stream.seek(offset)
+                return bytes(stream.read(-1 if size is None else size))
+        except FileNotFoundError as error:
+            if path == RECORD:
+                raise ReleaseNotFoundError(
+                    f"{self.place}: is no release ({path} is not there)"
+                ) from error
+            raise ChecksumError(
+                f"{where}: is missing; fetch or build the release again"
+            ) from error
+
+    def _opened(self, where: str) -> Any:
+        if self._system:
+            return self._system.open(where, "rb", cache_type="none")
+        return Path(where).open("rb")
