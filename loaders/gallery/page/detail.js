@@ -15,6 +15,7 @@ async function openDetail({ id, beside, time }) {
     if (time !== null) seek(time);
     return;
   }
+  const goesOn = time === null ? moves() : player.playing;
   Object.assign(detail, { id, beside, sample: null, other: null });
   const dialog = byName("detail");
   if (!dialog.open) dialog.showModal();
@@ -35,7 +36,7 @@ async function openDetail({ id, beside, time }) {
   } catch (error) {
     byName("panel").replaceChildren(element("p", { className: "hint", role: "alert" }, error.message));
   }
-  if (time === null && moves()) play();
+  if (goesOn) play();
 }
 
 function closeDetail() {
@@ -59,8 +60,9 @@ function drawHead() {
   byName("beside").closest("label").hidden = alone;
   byName("beside").value = beside;
   byName("alone").hidden = !beside;
-  const { parent } = gallery.byId.get(id);
-  byName("beside-parent").hidden = !gallery.byId.has(parent) || parent === beside;
+  const root = ancestor(id);
+  byName("beside-root").hidden = !root || root === beside;
+  byName("beside-root").textContent = root === madeFrom(id) ? `its parent, ${root}` : `its ancestor, ${root}`;
 }
 
 function showTab(name) {
@@ -141,6 +143,13 @@ function renderLineage(sample, row) {
 // Ids say their lineage.
 function madeFrom(id) {
   return gallery.byId.get(id)?.parent ?? (/^[ps]\d+-/.test(id) ? id.slice(0, id.lastIndexOf("-")) : "");
+}
+
+// The nearest sample that this one descends from and that is here.
+function ancestor(id) {
+  let found = madeFrom(id);
+  while (found && !gallery.byId.has(found)) found = madeFrom(found);
+  return found;
 }
 
 function renderCeiling(ceiling) {

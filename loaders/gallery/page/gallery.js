@@ -106,6 +106,7 @@ const KEYS_OF_LIST = {
   ArrowUp: () => focusCard(list.place - list.columns),
   Home: () => focusCard(0),
   End: () => focusCard(gallery.shown.length - 1),
+  Enter: () => go({ id: gallery.shown[list.place].id }),
   " ": togglePreview,
   "/": () => byName("search").focus(),
 };
@@ -116,6 +117,7 @@ const KEYS_OF_DETAIL = {
   ",": () => step(-1),
   ".": () => step(1),
   " ": toggle,
+  Escape: leave,
 };
 
 function isTyping(target) {
@@ -133,10 +135,10 @@ addEventListener("keydown", (event) => {
     }
     return;
   }
-  const pressesButton = key === " " && target.matches?.("button, summary");
+  const presses = (key === " " || key === "Enter") && target.matches?.("button, summary, a:not(.card)");
   const slides = key.startsWith("Arrow") && target.matches?.("input[type=range], [role=tab], pre, .diff");
   const act = (isOpen() ? KEYS_OF_DETAIL : KEYS_OF_LIST)[key];
-  if (!act || pressesButton || slides) return;
+  if (!act || presses || slides) return;
   event.preventDefault();
   act();
 });
@@ -179,6 +181,6 @@ byName("close").addEventListener("click", leave);
 byName("detail").addEventListener("cancel", (event) => { event.preventDefault(); leave(); });
 byName("detail").addEventListener("click", (event) => { if (event.target === byName("detail")) leave(); });
 byName("beside").addEventListener("change", (event) => besideOf(event.target.value.trim()));
-byName("beside-parent").addEventListener("click", () => besideOf(gallery.byId.get(detail.id).parent));
+byName("beside-root").addEventListener("click", () => besideOf(ancestor(detail.id)));
 byName("alone").addEventListener("click", () => besideOf(""));
 addEventListener("hashchange", followAddress);

@@ -1,7 +1,7 @@
 // The list: only the cards in sight, and a little around them, are in the page.
 "use strict";
 
-const CARD = { narrowest: 168, gap: 14, caption: 58 };
+const CARD = { narrowest: 168, gap: 14, caption: 52 };
 const AROUND = 2; // rows of cards beyond those in sight
 const HOVER = 150; // milliseconds before a preview plays
 
@@ -17,13 +17,13 @@ function makeCard(row, place) {
   });
   const materials = row.materials.map(spaced).join(", ");
   const card = element("a", {
-    className: "card", href: addressOf({ id: row.id }), tabIndex: place === list.place ? 0 : -1,
+    className: "card", title: `${row.kind} of ${row.objects} objects`, href: addressOf({ id: row.id }), tabIndex: place === list.place ? 0 : -1,
     ariaLabel: `${row.id}: ${row.kind}${row.split && ` of ${spaced(row.split)}`}, ${materials || "no material"}, ${row.objects} objects`,
   },
   element("span", { className: "picture" }, picture),
   element("span", { className: "caption" },
     element("b", {}, row.id),
-    element("span", { className: `kind ${row.kind}` }, row.kind),
+    element("span", {}, spaced(row.split)),
     element("small", {}, materials || "colliders only")));
   card.addEventListener("pointerenter", (event) => {
     if (event.pointerType !== "mouse" || !moves()) return;

@@ -99,7 +99,8 @@ function follow(video, speed) {
   }
   video.playbackRate = speed;
   if (Math.abs(video.currentTime - player.time) > Math.max(DRIFT, DRIFT * speed)) video.currentTime = player.time;
-  if (video.paused) video.play().catch(() => pause());
+  if (!video.paused) return;
+  video.play().catch((error) => { if (error.name !== "AbortError") pause(); }); // it is aborted by another
 }
 
 function pause() {

@@ -93,14 +93,14 @@ function common(one, two) {
   return pairs;
 }
 
-// Objects and other parts of a scene, each with its text on one line: where a line is
-// broken says nothing.
+// Lines of a scene. Where a line is broken within brackets says nothing.
 function parts(scene) {
   const found = [];
+  let depth = 0;
   for (const line of scene.trimEnd().split("\n")) {
-    const begins = /^(?:\S|- | {2}\w+:)/.test(line);
-    if (begins || !found.length) found.push(line);
-    else found[found.length - 1] += ` ${line.trim()}`;
+    if (depth > 0) found[found.length - 1] += ` ${line.trim()}`;
+    else found.push(line);
+    depth += (line.match(/[[{]/g) || []).length - (line.match(/[\]}]/g) || []).length;
   }
   return found;
 }
