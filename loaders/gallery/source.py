@@ -50,6 +50,7 @@ class Source:
     """
 
     def __init__(self, release: Path) -> None:
+        _table.cache_clear()  # the release may have been built again
         self.release = release
         found = map(_SHARD.fullmatch, read_checksums(release))
         self._parts = sorted({(m[1], m[2]) for m in found if m})
