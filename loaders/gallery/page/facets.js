@@ -3,20 +3,10 @@
 
 const BINS = 24; // of the histogram of motion
 
-function mostMotion() {
-  const motions = gallery.rows.map((row) => row.motion).filter((motion) => motion !== null);
-  return motions.length ? Math.ceil(Math.max(...motions) * 20) / 20 : 0;
-}
-
-function facetValues(facet) {
-  const values = [...new Set(gallery.rows.flatMap(facet.of))].filter(Boolean);
-  return values.sort((a, b) => a.localeCompare(b, "en", { numeric: true }));
-}
-
 // A facet in which all samples are alike says nothing.
 function makeFacets() {
-  const made = FACETS.filter((facet) => facetValues(facet).length > 1).map((facet) => {
-    const buttons = facetValues(facet).map((value) => {
+  const made = FACETS.filter((facet) => gallery.values[facet.key].length > 1).map((facet) => {
+    const buttons = gallery.values[facet.key].map((value) => {
       const button = element("button", { type: "button", className: "value", value },
         element("i", { className: "bar" }),
         element("span", {}, spaced(value)),
@@ -33,12 +23,12 @@ function makeFacets() {
     group.dataset.key = facet.key;
     return group;
   });
-  if (mostMotion() > 0) made.push(makeMotion());
+  if (gallery.motions.most > 0) made.push(makeMotion());
   byName("facets").replaceChildren(...made);
 }
 
 function makeMotion() {
-  const most = mostMotion();
+  const most = gallery.motions.most;
   const range = (label, value) => element("input", {
     type: "range", min: "0", max: String(most), step: "0.01", value: String(value), ariaLabel: label,
   });
@@ -75,7 +65,7 @@ function drawFacets({ counts, motions }) {
 }
 
 function drawMotion(motions) {
-  const most = mostMotion();
+  const most = gallery.motions.most;
   const bins = new Array(BINS).fill(0);
   for (const motion of motions) bins[Math.min(BINS - 1, Math.floor((BINS * motion) / most))] += 1;
   const highest = Math.max(1, ...bins);
@@ -89,7 +79,7 @@ function drawMotion(motions) {
   byName("motion").value = `${low.toFixed(2)}–${high.toFixed(2)}`;
   byName("least").value = String(low);
   byName("most").value = String(high);
-  const unknown = gallery.rows.filter((row) => row.motion === null).length;
+  const { unknown } = gallery.motions;
   byName("unknown").textContent = unknown ? `not measured for ${unknown.toLocaleString("en")} samples` : "";
 }
 

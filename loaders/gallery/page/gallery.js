@@ -51,6 +51,7 @@ function refresh() {
 function show() {
   const found = choose();
   resetList();
+  if (!byName("facets").childElementCount) makeFacets();
   drawFacets(found);
   drawChosen();
   const [shown, all] = [gallery.shown.length, gallery.rows.length];
@@ -157,7 +158,6 @@ function onIndex(index) {
   readIndex(index);
   byName("title").textContent = index.title;
   byName("ids").replaceChildren(...gallery.rows.slice(0, 500).map(({ id }) => element("option", { value: id })));
-  makeFacets();
   followAddress();
 }
 

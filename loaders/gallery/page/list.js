@@ -2,7 +2,7 @@
 "use strict";
 
 const CARD = { narrowest: 168, gap: 14, caption: 52 };
-const AROUND = 2; // rows of cards beyond those in sight
+const AROUND = 1; // rows of cards beyond those in sight
 const HOVER = 150; // milliseconds before a preview plays
 
 const list = { columns: 1, width: 200, cards: new Map(), place: 0, preview: null, timer: 0 };

@@ -7,6 +7,8 @@ const gallery = {
   made: new Map(), // id -> rows that are made from it
   shown: [], // rows that pass the filter, in the order that is chosen
   words: null, // words of all scenes, once one has searched
+  values: {}, // of each facet, those that occur
+  motions: { most: 0, unknown: 0 },
 };
 
 // What is asked for: of each facet a set of values; a range of motion; a text.
@@ -23,7 +25,7 @@ const FACETS = [
 ];
 
 const ORDERS = {
-  id: () => 0,
+  id: () => 0, // as they come
   motion: (a, b) => (b.motion ?? -1) - (a.motion ?? -1),
   still: (a, b) => (a.motion ?? Infinity) - (b.motion ?? Infinity) || 0,
   objects: (a, b) => b.objects - a.objects,
@@ -57,7 +59,17 @@ function readIndex(index) {
     if (!gallery.made.has(row.parent)) gallery.made.set(row.parent, []);
     gallery.made.get(row.parent).push(row);
   }
-  for (const { key } of FACETS) asked.sets[key] = new Set();
+  for (const { key, of } of FACETS) {
+    asked.sets[key] = new Set();
+    const found = new Set();
+    for (const row of gallery.rows) for (const value of of(row)) found.add(value);
+    found.delete("");
+    gallery.values[key] = [...found].sort((a, b) => a.localeCompare(b, "en", { numeric: true }));
+  }
+  for (const { motion } of gallery.rows) {
+    if (motion === null) gallery.motions.unknown += 1;
+    else gallery.motions.most = Math.max(gallery.motions.most, Math.ceil(motion * 20) / 20);
+  }
 }
 
 function passesFacet(row, facet) {
@@ -91,10 +103,11 @@ function textTest() {
 function choose() {
   const passesText = textTest();
   const rest = gallery.rows.filter((row) => passesText(row));
-  const fails = rest.map((row) => FACETS.filter((facet) => !passesFacet(row, facet)));
+  const asking = FACETS.filter(({ key }) => asked.sets[key].size);
+  const fails = rest.map((row) => asking.filter((facet) => !passesFacet(row, facet)));
   const moves = rest.map(passesMotion);
   gallery.shown = rest.filter((_, k) => moves[k] && !fails[k].length);
-  gallery.shown.sort(ORDERS[asked.order]);
+  if (asked.order !== "id") gallery.shown.sort(ORDERS[asked.order]);
   const counts = {};
   for (const facet of FACETS) {
     const count = new Map();
