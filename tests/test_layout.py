@@ -64,6 +64,7 @@ def package_files():
             "wording/*.yaml",
             "report/paper.yaml",
             "report/page/*",
+            "gallery/page/*",
             "recorded/*.parquet",
             "recorded/*/*",
         )

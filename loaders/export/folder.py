@@ -5,12 +5,9 @@ it is complete. What it was made of is noted beside it, and another export is re
 """
 
 import json
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +19,7 @@ from mpmworlds.files.checksums import CHECKSUMS, sha256_of_file
 from mpmworlds.files.journal import Journal
 from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.load import Examples, load
+from mpmworlds.loaders.processes import in_order
 
 Record = dict[str, Any]
 Write = Callable[[Examples, int, Path], Record]
@@ -126,7 +124,7 @@ def write_export(
         rest = range(len(ends), count)
         work = partial(_work, source, write, target.parent)
         with tqdm(desc="export", unit="sample", total=count, initial=len(ends)) as bar:
-            for record in _carried_out(work, rest, workers):
+            for record in in_order(work, rest, workers):
                 journal.append(f"{json.dumps(record, ensure_ascii=False)}\n")
                 bar.update()
         if render is None:
@@ -152,22 +150,6 @@ def _check(note: Path, made_of: Record) -> None:
             f"{note.parent}: holds an export of {told}; name another folder, or remove "
             "that one"
         )
-
-
-def _carried_out(
-    work: Callable[[int], Record], indices: range, workers: int
-) -> Iterator[Record]:
-    """Records of samples, in their order."""
-    if workers == 1:
-        yield from map(work, indices)
-        return
-    # Not by fork: what is loaded has threads.
-    count = workers or os.cpu_count() or 1
-    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
-    try:
-        yield from pool.map(work, indices)
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def _work(source: Source, write: Write, folder: Path, index: int) -> Record:

@@ -21,6 +21,7 @@ PREVIEW_CODEC: Final = "h264-yuv420p-crf23-bt601-medium-g1s/1"
 _BT601: Final = 6  # its number among the colour spaces of a stream
 # The bytes of x264 depend on its thread count.
 _X264: Final = {"preset": "medium", "crf": "23", "threads": "1"}
+_STRIDE: Final = 4  # pixels: enough to choose a frame by, at a tenth of the time
 
 
 def encode_preview(frames: Frames, framerate: int) -> bytes:
@@ -92,9 +93,10 @@ def poster(frames: Frames) -> bytes:
         If the array has another type or shape.
     """
     check_frames(frames)
+    coarse = frames[:, ::_STRIDE, ::_STRIDE]
     apart = [
-        min(_pixels_apart(frame, frames[0]), _pixels_apart(frame, frames[-1]))
-        for frame in frames
+        min(_pixels_apart(frame, coarse[0]), _pixels_apart(frame, coarse[-1]))
+        for frame in coarse
     ]
     shown = cv2.cvtColor(frames[int(np.argmax(apart))], cv2.COLOR_RGB2BGR)
     return bytes(cv2.imencode(".png", shown, [cv2.IMWRITE_PNG_COMPRESSION, 9])[1])

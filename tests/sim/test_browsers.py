@@ -5,15 +5,11 @@ it, and posts back what it sees.
 """
 
 import json
-import os
 import re
-import shutil
-import signal
 import subprocess
 import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from queue import Empty, Queue
@@ -27,6 +23,7 @@ from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import encode_mp4
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
+from tests.browsers import BROWSERS, PATIENCE, opened
 from tests.sim.scenes import BODY, FAN, JET, OBSTACLE, scene_data
 
 FRAMES, PIXELS, RATE = 30, 128, 30
@@ -35,51 +32,7 @@ CLOSE = {  # mean difference of colours, of 255
     "webm": 3.0,  # the preview that a program writes, which is lossy
     "mp4": 1.0,  # the exact video of a release; browsers smooth its colours a little
 }
-PATIENCE = 120.0  # seconds for a browser to start and to play for one second
 PAGE = Path(__file__).with_name("player.html")
-CHROMIUM_QUIETLY = (
-    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic"),
-    *("--no-first-run", "--disable-background-networking"),
-    *("--disable-component-update", "--disable-sync"),
-)
-FIREFOX_QUIETLY = (
-    "app.normandy.enabled",
-    "app.update.enabled",
-    "browser.aboutwelcome.enabled",
-    "browser.safebrowsing.malware.enabled",
-    "browser.safebrowsing.phishing.enabled",
-    "browser.shell.checkDefaultBrowser",
-    "datareporting.policy.dataSubmissionEnabled",
-    "extensions.systemAddon.update.enabled",
-    "network.captive-portal-service.enabled",
-    "network.connectivity-service.enabled",
-    "services.settings.enabled",
-)
-
-
-def chromium(binary, home, url):
-    return [binary, *CHROMIUM_QUIETLY, f"--user-data-dir={home}", url]
-
-
-def firefox(binary, home, url):
-    lines = [f'user_pref("{name}", false);\n' for name in FIREFOX_QUIETLY]
-    (home / "user.js").write_text("".join(lines))
-    return [binary, "--headless", "--no-remote", "--profile", str(home), url]
-
-
-def browser(command_for, *names):
-    """A browser to test with, under the first of its names that is installed."""
-    binary = next(filter(None, map(shutil.which, names)), None)
-    absent = pytest.mark.skipif(
-        binary is None, reason=f"there is no {' or '.join(names)} on PATH"
-    )
-    return pytest.param(partial(command_for, binary), id=names[0], marks=absent)
-
-
-BROWSERS = [
-    browser(chromium, "chromium", "chromium-browser", "google-chrome"),
-    browser(firefox, "firefox", "firefox-esr"),
-]
 
 
 @dataclass(frozen=True)
@@ -151,25 +104,6 @@ def served(video, suffix):
         finally:
             site.shutdown()
             thread.join()
-
-
-@contextmanager
-def opened(command, home):
-    """Run a browser in a session of its own, and end all that it starts."""
-    with (home / "log").open("wb") as log:
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            env=os.environ | {"HOME": str(home), "MOZ_CRASHREPORTER_DISABLE": "1"},
-            start_new_session=True,
-        )
-    try:
-        yield
-    finally:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
 
 
 def watch(video, suffix, command_for, home):

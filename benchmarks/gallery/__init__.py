@@ -1,0 +1,1 @@
+"""How fast a gallery of ten thousand samples is in a browser."""
