@@ -13,6 +13,7 @@ from mpmworlds.files.checksums import CHECKSUMS
 from mpmworlds.loaders.clips import CLIP, VIDEO, Clip, Stills, clip_of, sampled
 from mpmworlds.loaders.locate import (
     HUB_REPOSITORY,
+    NAME,
     ReleaseNotFoundError,
     is_release,
     resolve,
@@ -194,6 +195,8 @@ def load(
     """
     place, name = _place_of(name_or_dir, config, revision)
     chosen = regime_named(regime)
+    if place == HUB_REPOSITORY and not revision and ids is None:
+        place = NAME  # says what can be done if there is no Hub
     if ids is not None:
         return Examples(rows_of(place, ids, name, revision), regime)
     if streaming:
@@ -233,7 +236,8 @@ def _place_of(
             f"{text}: is no release, so config = {config!r} cannot be one "
             "of its; name the folder of a release, or the configuration alone"
         )
-    return (HUB_REPOSITORY if revision else resolve()), text
+    place = HUB_REPOSITORY if revision else resolve()
+    return place, text
 
 
 def neutral_name(sample_id: str) -> str:
