@@ -60,11 +60,9 @@ class Requests(BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def hang_up(self):
-        """Cut the connection as a broken line does: reset, not closed."""
+        """Cut the connection, with the rest of the content unread or unsent."""
         self.close_connection = True
-        linger = (1).to_bytes(4, "little") + (0).to_bytes(4, "little")
-        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
-        self.connection.close()
+        self.connection.shutdown(socket.SHUT_RDWR)  # close alone waits for its files
 
     def route(self):
         url = urlsplit(self.path)
@@ -96,7 +94,8 @@ class Requests(BaseHTTPRequestHandler):
             return self.answer(
                 self.fault.status, self.fault.content, self.fault.headers
             )
-        self.rfile.read(self.fault.after)
+        length = int(self.headers.get("Content-Length") or self.fault.after)
+        self.rfile.read(min(length, self.fault.after))
         return self.hang_up()
 
     # ---- who asks, and for what
@@ -126,6 +125,8 @@ class Requests(BaseHTTPRequestHandler):
         role = self.token()
         found = self.hub.repositories.get(name)
         if found is None or (found.private and role is None):
+            if role is None:  # whether it exists is nobody's business
+                raise RefusedError(401, "Invalid username or password.")
             raise RefusedError(404, "Repository not found", "RepoNotFound")
         return found
 
