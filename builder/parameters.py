@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import yaml
 
@@ -15,9 +15,13 @@ from mpmworlds.builder.plan.evaluation import (
     recorded_measured,
 )
 from mpmworlds.builder.plan.profile import Profile, sample_ids
+from mpmworlds.builder.release.layout import CLIPS, PREVIEW
 from mpmworlds.files.text import read_text
 from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.lists import ListParams, compute_lists
+from mpmworlds.splits.lists import EVALUATION, ListParams, compute_lists
+
+EVALUATED: Final = "evaluation"  # configuration of the samples to evaluate on
+SHOWN: Final = "mini"  # subset whose samples the configuration of previews has
 
 
 @dataclass(frozen=True)
@@ -104,10 +108,28 @@ class Parameters:
         if config in self.data["profiles"]:
             return None
         for name in sorted(self.data["profiles"]):
-            lists = ListParams.from_params(self.data, name)
-            if lists and config in lists.subsets:
+            if config in self._subsets(name):
                 return str(name)
         return None
+
+    def _subsets(self, profile: str) -> list[str]:
+        """Names of the parts of a profile that can be built by themselves."""
+        lists = ListParams.from_params(self.data, profile)
+        if lists is None:
+            return []
+        return [
+            *lists.subsets,
+            EVALUATED,
+            *([PREVIEW] if SHOWN in lists.subsets else []),
+        ]
+
+    def configurations(self) -> list[str]:
+        """Names of all that can be built, without the twins that have no videos."""
+        return [
+            config
+            for name in sorted(self.data["profiles"])
+            for config in (name, *self._subsets(name))
+        ]
 
     def list_params(self, config: str) -> ListParams:
         """What the lists of a profile are; raises `ValueError` if it has none."""
@@ -123,14 +145,35 @@ class Parameters:
         return compute_lists(ids, split, params, passed_over(self.measured_of(config)))
 
     def subset(self, config: str) -> tuple[str, set[str] | None]:
-        """Profile and ids of a subset, or the profile that it is and no ids."""
-        whole = self.whole_of(config)
+        """Profile and ids of a configuration of a release; None for all ids.
+
+        The name of a configuration with ``-clips`` behind it names its twin without
+        full videos, ``evaluation`` the samples to evaluate on, and ``preview`` those
+        of the subset ``mini``.
+
+        Raises
+        ------
+        ValueError
+            If there is none of this name.
+        """
+        name = config.removesuffix(CLIPS)
+        whole = self.whole_of(name)
         if whole is None:
-            return config, None
+            if name not in self.data["profiles"]:
+                raise ValueError(
+                    f"configuration {config!r} is not in params.yaml; it has "
+                    f"{', '.join(self.configurations())}, and each of them with "
+                    f"{CLIPS} behind it"
+                )
+            return name, None
         ids = sample_ids(Profile.from_params(self.data, whole))
         chosen = self.lists_of(whole, ids)
-        parts = (chosen[f"{config}_{split}"] for split in SPLITS)
-        return whole, {sample for part in parts for sample in part}
+        if name == EVALUATED:
+            parts = list(EVALUATION.values())
+        else:
+            subset = SHOWN if name == PREVIEW else name
+            parts = [f"{subset}_{split}" for split in SPLITS]
+        return whole, {sample for part in parts for sample in chosen[part]}
 
     def measured_of(self, config: str) -> list[Measured]:
         """What full runs of the evaluation samples of a profile showed."""

@@ -12,6 +12,7 @@ from hypothesis import settings
 
 from mpmworlds.builder.plan.manifest import ManifestRow, write_manifest
 from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.store import Store
 from mpmworlds.cli import main
 from mpmworlds.sim.scene.palette import PALETTE, rgb
@@ -121,14 +122,9 @@ def corpus(tmp_path_factory):
 def release(corpus, tmp_path_factory):
     """Folder of a release named mpmworlds, default configuration tiny. Read-only."""
     out = tmp_path_factory.mktemp("release") / "mpmworlds"
-    build_release(
-        corpus.manifest,
-        corpus.store,
-        out,
-        {"tiny": None, "mini": ["p0000", "p0002"]},
-        version="1.2.3",
-        rows_per_shard=2,
-    )
+    configs = {"tiny": None, "mini": ["p0000", "p0002"]}
+    planned = Corpus(corpus.manifest, configs, rows_per_shard=2)
+    build_release([planned], corpus.store, out, version="1.2.3")
     return out
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from mpmworlds.builder.plan.manifest import write_manifest
 from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import write_checksums
 from mpmworlds.metrics import VERSION
@@ -103,7 +104,8 @@ def test_video_without_a_continuation_is_named(
     store.put(program, run_inline(program), framerate=30)
     write_manifest(tmp_path / "m", [make_row("p0000", "test", program)])
     out = tmp_path / "release"
-    build_release(tmp_path / "m", store, out, {"tiny": None}, version="1.0.0")
+    planned = Corpus(tmp_path / "m", {"tiny": None})
+    build_release([planned], store, out, version="1.0.0")
     status, _, err = command(
         "evaluate", "--release", out, "--predictor", "black", "--out", tmp_path / "r"
     )

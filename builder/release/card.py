@@ -6,24 +6,25 @@ from file names and takes ``modification_validation`` for ``validation``.
 
 import inspect
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any, Final
 
+import pyarrow as pa
 from datasets import DatasetInfo, SplitDict, SplitInfo
 from datasets.info import DatasetInfosDict
 from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCardData
 
-from mpmworlds.builder.plan.manifest import ManifestRow
 from mpmworlds.builder.release.features import (
+    PREVIEW_COLUMNS,
     RECIPE_COLUMNS,
     RENDERED_COLUMNS,
-    recipe_features,
-    release_features,
+    features_of,
 )
-from mpmworlds.builder.statistics.counts import count_scenes
+from mpmworlds.builder.release.layout import Record
+from mpmworlds.builder.statistics.counts import count_table
 from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.lists import EVALUATION
@@ -34,6 +35,7 @@ STATISTICS_MARK: Final = "<!-- statistics -->"
 LISTS_MARK: Final = "<!-- lists -->"
 CONFIG_MARK: Final = "<config>"
 SPLIT_MARK: Final = "<split>"
+DESCRIPTION: Final = "content sha256:"  # begins the description of a configuration
 
 _SIZE_CATEGORIES: Final = (
     (1_000, "n<1K"),
@@ -59,8 +61,6 @@ class ConfigSize:
     ----------
     name
         Name of the configuration.
-    rendered
-        Whether it has programs and videos.
     rows, num_bytes
         Per split: number of rows, and of bytes in memory.
     file_size
@@ -68,7 +68,6 @@ class ConfigSize:
     """
 
     name: str
-    rendered: bool
     rows: Counter[str] = field(default_factory=Counter)
     num_bytes: Counter[str] = field(default_factory=Counter)
     file_size: int = 0
@@ -81,21 +80,21 @@ class ConfigSize:
 
 
 def card_text(
-    rows: Sequence[ManifestRow],
+    rows: pa.Table,
     sizes: Sequence[ConfigSize],
-    version: str,
-    lists: Mapping[str, Sequence[str]],
+    record: Record,
+    lists: Mapping[str, Collection[str]],
 ) -> str:
     """Return the README of a release.
 
     Parameters
     ----------
     rows
-        The manifest.
+        All rows of the corpus.
     sizes
         The configurations, the default one first.
-    version
-        Version of the data.
+    record
+        What the release consists of.
     lists
         Name -> ids of the lists that are published beside those of the splits.
     """
@@ -106,13 +105,11 @@ def card_text(
     splits = list(sizes[0].rows)
     body = body.replace(CONFIG_MARK, sizes[0].name)
     body = body.replace(SPLIT_MARK, "test" if "test" in splits else splits[0])
-    body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, version))
-    return f"---\n{header(rows, sizes, version)}---\n\n{body}"
+    body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, record.version))
+    return f"---\n{header(rows, sizes, record)}---\n\n{body}"
 
 
-def header(
-    rows: Sequence[ManifestRow], sizes: Sequence[ConfigSize], version: str
-) -> str:
+def header(rows: pa.Table, sizes: Sequence[ConfigSize], record: Record) -> str:
     """Return the YAML that the Hub and ``load_dataset`` read, without its fences."""
     data = DatasetCardData(
         language="en",
@@ -124,20 +121,24 @@ def header(
         tags=_TAGS,
         task_categories=["other"],
     )
-    infos = {size.name: _info(size, version) for size in sizes}
+    infos = {size.name: _info(size, record.version) for size in sizes}
     DatasetInfosDict(infos).to_dataset_card_data(data)
-    configs = {s.name: _config(s, version, s is sizes[0]) for s in sizes}
+    configs = {s.name: _config(s, record, s is sizes[0]) for s in sizes}
     MetadataConfigs(configs).to_dataset_card_data(data)
     return f"{data}\n"
 
 
-def _config(size: ConfigSize, version: str, is_default: bool) -> dict[str, Any]:
+def _config(size: ConfigSize, record: Record, is_default: bool) -> dict[str, Any]:
     data_files = [
         {"split": split, "path": f"data/{size.name}/{split}-*.arrow"}
         for split in size.rows
     ]
     default = {"default": True} if is_default else {}
-    return {"version": version, "data_files": data_files, **default}
+    # With other content the header is another one, and so is the key of the cache in
+    # which `datasets` keeps what it has loaded.
+    content = f"{DESCRIPTION}{record.digest(size.name)}"
+    described = {"version": record.version, "description": content}
+    return {**described, "data_files": data_files, **default}
 
 
 def _info(size: ConfigSize, version: str) -> DatasetInfo:
@@ -147,7 +148,7 @@ def _info(size: ConfigSize, version: str) -> DatasetInfo:
             SplitInfo(split, num_bytes=size.num_bytes[split], num_examples=count)
         )
     return DatasetInfo(
-        features=release_features() if size.rendered else recipe_features(),
+        features=features_of(size.name),
         splits=splits,
         download_size=size.file_size,
         dataset_size=size.num_bytes.total(),
@@ -162,10 +163,12 @@ def fields_table() -> str:
         lines.append(
             f"| `{column.name}` | {_type(column.feature)} | {column.meaning} |"
         )
-    for column in RENDERED_COLUMNS:
-        kind = _type(column.feature)
-        lines.append(f"| `{column.name}` * | {kind} | {column.meaning} |")
-    return "\n".join([*lines, "", "\\* not in the configuration `recipes`"])
+    for mark, columns in (("*", RENDERED_COLUMNS), ("**", PREVIEW_COLUMNS)):
+        for column in columns:
+            kind = _type(column.feature)
+            lines.append(f"| `{column.name}` {mark} | {kind} | {column.meaning} |")
+    said = ["\\* not in `recipes` and `preview`", "\\*\\* only in `preview`"]
+    return "\n".join([*lines, "", "; ".join(said)])
 
 
 def _type(feature: Any) -> str:  # features have no common type
@@ -175,7 +178,7 @@ def _type(feature: Any) -> str:  # features have no common type
     inner = getattr(feature, "feature", None)
     if inner is not None:
         return f"list of {inner.dtype}"
-    return "video" if feature._type == "Video" else str(feature.dtype)
+    return {"Video": "video", "Image": "image"}.get(feature._type, str(feature.dtype))
 
 
 def materials_table() -> str:
@@ -200,7 +203,7 @@ _SUBSETS: Final = (
 )
 
 
-def lists_text(lists: Mapping[str, Sequence[str]]) -> str:
+def lists_text(lists: Mapping[str, Collection[str]]) -> str:
     """Return what is chosen from the splits, as Markdown; "" for nothing.
 
     Parameters
@@ -229,11 +232,9 @@ def lists_text(lists: Mapping[str, Sequence[str]]) -> str:
     )
 
 
-def statistics_text(
-    rows: Sequence[ManifestRow], sizes: Iterable[ConfigSize], version: str
-) -> str:
+def statistics_text(rows: pa.Table, sizes: Iterable[ConfigSize], version: str) -> str:
     """Return what a release holds, as Markdown counted from the manifest."""
-    found = count_scenes(rows)
+    found = count_table(rows)
     listed = ", ".join(f"{n:,} {_PLURAL[kind]}" for kind, n in found.kinds.items())
     intro = f"Data version {version}: {found.scenes:,} scenes of {found.families:,}"
     spread = (

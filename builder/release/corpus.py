@@ -1,39 +1,46 @@
 """From parameters to a release folder: plan, render what is missing, write shards."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from mpmworlds.builder.parameters import Parameters
-from mpmworlds.builder.plan.manifest import read_manifest, recorded_manifest
+from mpmworlds.builder.plan.manifest import (
+    read_manifest,
+    read_table,
+    recorded_manifest,
+)
 from mpmworlds.builder.plan.plan import write_plan
 from mpmworlds.builder.plan.trials import RECORDED
-from mpmworlds.builder.release.build import build_release, check_target
-from mpmworlds.builder.release.shards import PlannedShard
+from mpmworlds.builder.release.build import Built, build_release, check_target
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.materialise import Materialised, render_rows
 from mpmworlds.builder.render.store import Store
+
+MAIN = "full"  # the corpus of the benchmark, if the parameters are those of the package
 
 
 def build_corpus(
     params: Parameters,
-    config: str,
+    configs: Sequence[str],
     store: Store,
     out: Path,
     *,
     manifest: Path | None = None,
     workers: int = 0,
-) -> tuple[Materialised, list[PlannedShard] | None]:
-    """Build the release of a profile, or of a subset of one.
+) -> tuple[Materialised, Built | None]:
+    """Build configurations into a release.
 
     Parameters
     ----------
-    params, config
-        Which corpus.
+    params, configs
+        Which corpora, and what of them.
     store
         Rendered samples; what it lacks is rendered.
     out
         Folder of the release.
     manifest
-        A plan; else the recorded one of the profile, or one that is made now.
+        A plan; else the recorded one of each corpus, or one that is made now.
     workers
         Processes, one for each core if 0.
 
@@ -41,32 +48,66 @@ def build_corpus(
     -------
     Materialised
         What became of the samples.
-    list of PlannedShard, or None
-        Files of the release; None if samples failed, and it was not built.
+    Built, or None
+        What became of the configurations; None if samples failed, and nothing was
+        built.
+
+    Raises
+    ------
+    ValueError
+        If there is no such configuration, or they are of several corpora and there is
+        a manifest, which is of one.
     """
     check_target(out)  # before all that takes long
-    profile, ids = params.subset(config)
-    params.profile(profile)  # raises what is wrong with it
-    version, per_shard = params.version, params.rows_per_shard(profile)
-    manifest = manifest or plan_of(params, profile, store.root, workers)
-    rows = read_manifest(manifest)
-    lists = params.lists_of(profile, [row.id for row in rows])
-    chosen = [row for row in rows if ids is None or row.id in ids]
-    done, _ = render_rows(chosen, store, workers=workers)
+    corpora = _corpora(params, configs, store.root, manifest, workers)
+    chosen = {}
+    for corpus in corpora:
+        wanted = corpus.configs.values()
+        for row in read_manifest(corpus.manifest) if wanted else ():
+            if any(ids is None or row.id in ids for ids in wanted):
+                chosen[row.program_sha256] = row
+    done, _ = render_rows(list(chosen.values()), store, workers=workers)
     if done.failures:
         return done, None
-    shards = build_release(
-        manifest,
-        store,
-        out,
-        {config: ids},
-        version=version,
-        lists=lists,
-        measured=params.measured_of(profile),
-        rows_per_shard=per_shard,
-        workers=workers,
-    )
-    return done, shards
+    built = build_release(corpora, store, out, version=params.version, workers=workers)
+    return done, built
+
+
+def _corpora(
+    params: Parameters,
+    configs: Sequence[str],
+    folder: Path,
+    manifest: Path | None,
+    workers: int,
+) -> list[Corpus]:
+    """The corpora of configurations, that of the benchmark first."""
+    wanted: dict[str, dict[str, set[str] | None]] = {}
+    if not params.path and not manifest:
+        wanted[MAIN] = {}
+    for config in configs:
+        profile, ids = params.subset(config)
+        params.profile(profile)  # raises what is wrong with it
+        wanted.setdefault(profile, {})[config] = ids
+    if manifest and len(wanted) > 1:
+        raise ValueError(
+            f"--manifest {manifest}: is of one corpus, but {', '.join(configs)} are of "
+            f"{', '.join(wanted)}; build them one after another"
+        )
+    corpora = []
+    for profile, chosen in wanted.items():
+        plan = manifest or plan_of(params, profile, folder, workers)
+        ids_of_all = read_table(plan, ["id"])["id"].to_pylist()
+        corpora.append(
+            Corpus(
+                plan,
+                chosen,
+                name=profile,
+                lists=params.lists_of(profile, ids_of_all),
+                measured=params.measured_of(profile),
+                rows_per_shard=params.rows_per_shard(profile),
+            )
+        )
+    return corpora
 
 
 def plan_of(params: Parameters, profile: str, folder: Path, workers: int = 0) -> Path:

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, Final
 
-from datasets import Features, List, Value, Video
+from datasets import Features, Image, List, Value, Video
 
+from mpmworlds.builder.release.layout import CLIPS, PREVIEW, RECIPES
 from mpmworlds.metrics import SCORED
 
 
@@ -62,27 +63,57 @@ RECIPE_COLUMNS: Final = (
     Column("program_sha256", _TEXT, "SHA-256 of the program text"),
 )
 
-RENDERED_COLUMNS: Final = (
+_VIDEO: Final = Column(
+    "video",
+    Video(decode=False),
+    "what the program renders, lossless MP4: `bytes`, and a `path` to name it; not in "
+    "configurations named `-clips`",
+)
+_NO_VIDEO_COLUMNS: Final = (
     Column("program", _TEXT, "the standalone Taichi program that implements the scene"),
     Column(
-        "video", Video(decode=False), "lossless MP4: `bytes`, and a `path` to name it"
+        "clip",
+        Video(decode=False),
+        "the video as it is trained on and evaluated, at most 256 px and 15 frames per "
+        "second, lossless as well: frames and pixels are picked, never blended",
     ),
-    Column("frames_sha256", _TEXT, "hash of the decoded RGB frames"),
-    Column("num_frames", _NUMBER, "number of frames"),
-    Column("framerate", _NUMBER, "frames per second of video"),
-    Column("resolution", _NUMBER, "pixels along each side"),
+    Column("frames_sha256", _TEXT, "hash of the decoded RGB frames of the video"),
+    Column("num_frames", _NUMBER, "number of frames of the video"),
+    Column("framerate", _NUMBER, "its frames per second"),
+    Column("resolution", _NUMBER, "its pixels along each side"),
 )
+RENDERED_COLUMNS: Final = (_NO_VIDEO_COLUMNS[0], _VIDEO, *_NO_VIDEO_COLUMNS[1:])
+PREVIEW_COLUMNS: Final = (
+    Column(
+        "preview",
+        Video(decode=False),
+        "the clip for eyes, H.264 4:2:0: plays everywhere, and has lost colour",
+    ),
+    Column("poster", Image(decode=False), "a frame of it, PNG"),
+)
+
+
+def columns_of(config: str) -> tuple[Column, ...]:
+    """Return the columns of a configuration, which its name decides."""
+    if config == RECIPES:
+        return RECIPE_COLUMNS
+    if config == PREVIEW:
+        return RECIPE_COLUMNS + PREVIEW_COLUMNS
+    if config.endswith(CLIPS):
+        return RECIPE_COLUMNS + _NO_VIDEO_COLUMNS
+    return RECIPE_COLUMNS + RENDERED_COLUMNS
+
+
+def features_of(config: str) -> Features:
+    """Return the features of a configuration."""
+    return Features({column.name: column.feature for column in columns_of(config)})
 
 
 def release_features() -> Features:
     """Return the features of a rendered configuration: recipe, program and video."""
-    return _features(RECIPE_COLUMNS + RENDERED_COLUMNS)
+    return features_of("")
 
 
 def recipe_features() -> Features:
     """Return the features of the configuration ``recipes``: no program, no video."""
-    return _features(RECIPE_COLUMNS)
-
-
-def _features(columns: tuple[Column, ...]) -> Features:
-    return Features({column.name: column.feature for column in columns})
+    return features_of(RECIPES)

@@ -1,24 +1,29 @@
 """The ``datasets`` builder of a release: schema, files, examples, nothing else."""
 
+import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import datasets
 import pyarrow as pa
 from datasets.table import cast_array_to_feature
 
-from mpmworlds.builder.plan.manifest import ManifestRow
-from mpmworlds.builder.release.features import recipe_features, release_features
-from mpmworlds.builder.render.store import Store
+from mpmworlds.builder.release.features import features_of
+from mpmworlds.builder.release.layout import PREVIEW, RECIPES, Batch
+from mpmworlds.builder.render.store import Store, StoredSample
+from mpmworlds.metrics.reduction import reduced_framerate
+from mpmworlds.sim.run.encode import decode_mp4
+from mpmworlds.sim.run.preview import encode_preview, poster
 
-# Rows a record batch: what `datasets` itself takes for videos. Small, because a batch
-# is held in memory and is the least that a reader fetches.
-BATCH_ROWS: Final = 10
+# Rows a record batch. Small, because a batch is held in memory and is the least that a
+# reader fetches and checks (python -m benchmarks.loading.formats).
+BATCH_ROWS: Final = 4
+RECIPE_BATCH_ROWS: Final = 2000
 
-Shard = tuple[ManifestRow, ...]
+Shard: TypeAlias = pa.Table  # rows of a manifest
 
 
 class NotRenderedError(LookupError):
@@ -34,7 +39,7 @@ class MPMWorldsConfig(datasets.BuilderConfig):  # type: ignore[misc]  # untyped 
     shards
         Split name -> the rows of each of its files, in order.
     store
-        Folder of the rendered samples; None builds rows without program and video.
+        Folder of the rendered samples; the configuration ``recipes`` needs none.
     """
 
     shards: Mapping[str, Sequence[Shard]] = field(default_factory=dict)
@@ -56,10 +61,8 @@ class MPMWorlds(datasets.GeneratorBasedBuilder):  # type: ignore[misc]  # untype
         super().__init__(*args, **kwargs)
 
     def _info(self) -> datasets.DatasetInfo:
-        rendered = self.config.store is not None
         return datasets.DatasetInfo(
-            features=release_features() if rendered else recipe_features(),
-            license="cc-by-4.0",
+            features=features_of(self.config.name), license="cc-by-4.0"
         )
 
     def _split_generators(
@@ -74,33 +77,28 @@ class MPMWorlds(datasets.GeneratorBasedBuilder):  # type: ignore[misc]  # untype
         self, shards: Sequence[Shard]
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         for shard in shards:
-            for row in shard:
-                yield row.id, self._example(row)
+            for row in shard.to_pylist():
+                yield row["id"], self._example(row)
 
-    def _example(self, row: ManifestRow) -> dict[str, Any]:
-        recipe = asdict(row)
+    def _example(self, row: dict[str, Any]) -> dict[str, Any]:
         if self.config.store is None:
-            return recipe
-        sample = Store(self.config.store).get(row.program_sha256)
+            return row
+        sample = Store(self.config.store).get(row["program_sha256"])
         if sample is None:
             raise NotRenderedError(
-                f"{row.id}: its video is not in the store {self.config.store}, or is "
-                "corrupt there; materialise the manifest again"
+                f"{row['id']}: its video is not in the store {self.config.store}, or "
+                "is corrupt there; materialise the manifest again"
             )
-        return recipe | {
-            "program": sample.program,
-            "video": {"bytes": sample.video, "path": f"{row.id}.mp4"},
-            "frames_sha256": sample.description.frames_sha256,
-            "num_frames": sample.description.num_frames,
-            "framerate": sample.description.framerate,
-            "resolution": sample.description.resolution,
-        }
+        found = _previewed if self.config.name == PREVIEW else _rendered
+        columns = row | found(row["id"], sample)
+        return {name: columns[name] for name in self.info.features}
 
-    def write_shard(self, shard: Shard, path: Path) -> tuple[int, int]:
+    def write_shard(self, shard: Shard, path: Path) -> tuple[int, list[Batch]]:
         """Write the rows of one shard as an Arrow IPC stream.
 
         The bytes are those of ``datasets.arrow_writer.ArrowWriter``; writing them here
         spares each process the import of torch that encoding a video feature may bring.
+        Recipes are compressed, which leaves an eighth of them.
 
         Parameters
         ----------
@@ -111,8 +109,8 @@ class MPMWorlds(datasets.GeneratorBasedBuilder):  # type: ignore[misc]  # untype
 
         Returns
         -------
-        tuple of int
-            Number of rows, and of bytes in memory.
+        tuple
+            Number of bytes in memory, and where its rows lie.
 
         Raises
         ------
@@ -120,20 +118,28 @@ class MPMWorlds(datasets.GeneratorBasedBuilder):  # type: ignore[misc]  # untype
             If the store lacks a row's video.
         """
         schema = self.info.features.arrow_schema
-        size = 0
+        compression = "zstd" if self.config.name == RECIPES else None
+        options = pa.ipc.IpcWriteOptions(compression=compression)
         with (
             pa.OSFile(str(path), "wb") as file,
-            pa.ipc.new_stream(file, schema) as writer,
+            pa.ipc.new_stream(file, schema, options=options) as writer,
         ):
-            for start in range(0, len(shard), BATCH_ROWS):
-                examples = self._generate_examples([shard[start : start + BATCH_ROWS]])
-                batch = pa.RecordBatch.from_pylist(
-                    [example for _, example in examples], schema=schema
-                )
-                batch = self._as_datasets_has_it(batch)
+            for batch in self._batches(shard):
                 writer.write_batch(batch)
-                size += batch.nbytes
-        return len(shard), size
+        return _found(path)
+
+    def _batches(self, shard: Shard) -> Iterator[pa.RecordBatch]:
+        schema = self.info.features.arrow_schema
+        if self.config.name == RECIPES:  # as they are in the manifest
+            for batch in shard.cast(schema).to_batches(RECIPE_BATCH_ROWS):
+                yield self._as_datasets_has_it(_with_plain_nulls(batch))
+            return
+        for start in range(0, len(shard), BATCH_ROWS):
+            examples = self._generate_examples([shard.slice(start, BATCH_ROWS)])
+            rows = [example for _, example in examples]
+            yield self._as_datasets_has_it(
+                pa.RecordBatch.from_pylist(rows, schema=schema)
+            )
 
     def _as_datasets_has_it(self, batch: pa.RecordBatch) -> pa.RecordBatch:
         """The batch with nulls inside of structures that are null."""
@@ -162,10 +168,61 @@ class MPMWorlds(datasets.GeneratorBasedBuilder):  # type: ignore[misc]  # untype
         for number, shard in enumerate(gen_kwargs["shards"]):
             path = fpath.replace("SSSSS", f"{number:05d}")
             path = path.replace("JJJJJ", f"{job_id:05d}")
-            count, num_bytes = self.write_shard(shard, Path(path + ".part"))
+            num_bytes, _ = self.write_shard(shard, Path(path + ".part"))
             os.replace(path + ".part", path)
-            rows.append(count)
+            rows.append(len(shard))
             size += num_bytes
-            yield job_id, False, count
+            yield job_id, False, len(shard)
         features, files = self.info.features, len(rows)
         yield job_id, True, (sum(rows), size, features, files, rows, files, list(rows))
+
+
+def _with_plain_nulls(batch: pa.RecordBatch) -> pa.RecordBatch:
+    """The batch with zeros where a value is null: what lies there may vary."""
+    columns = [
+        pa.array(column.to_pylist(), column.type) if column.null_count else column
+        for column in batch.columns
+    ]
+    return pa.RecordBatch.from_arrays(columns, schema=batch.schema)
+
+
+def _rendered(name: str, sample: StoredSample) -> dict[str, Any]:
+    return {
+        "program": sample.program,
+        "video": {"bytes": sample.video, "path": f"{name}.mp4"},
+        "clip": {"bytes": sample.clip, "path": f"{name}.clip.mp4"},
+        "frames_sha256": sample.description.frames_sha256,
+        "num_frames": sample.description.num_frames,
+        "framerate": sample.description.framerate,
+        "resolution": sample.description.resolution,
+    }
+
+
+def _previewed(name: str, sample: StoredSample) -> dict[str, Any]:
+    framerate = reduced_framerate(sample.description.framerate)
+    frames = decode_mp4(sample.clip)
+    return {
+        "preview": {
+            "bytes": encode_preview(frames, framerate),
+            "path": f"{name}.preview.mp4",
+        },
+        "poster": {"bytes": poster(frames), "path": f"{name}.png"},
+    }
+
+
+def _found(path: Path) -> tuple[int, list[Batch]]:
+    """Bytes in memory of an Arrow IPC stream, and where its record batches lie."""
+    found = []
+    with pa.memory_map(str(path)) as source:
+        batches = list(pa.ipc.open_stream(source))
+        ids = [tuple(batch.column("id").to_pylist()) for batch in batches]
+        source.seek(0)
+        pa.ipc.read_message(source)  # the schema
+        for names in ids:
+            start = source.tell()
+            pa.ipc.read_message(source)
+            size = source.tell() - start
+            source.seek(start)
+            digest = hashlib.sha256(source.read_buffer(size)).digest()
+            found.append(Batch(start, size, digest, names))
+        return sum(batch.nbytes for batch in batches), found

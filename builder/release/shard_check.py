@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from mpmworlds.builder.plan.manifest import text_sha256
 from mpmworlds.builder.release.features import recipe_features, release_features
-from mpmworlds.builder.release.shards import RECIPES
+from mpmworlds.builder.release.layout import RECIPES
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.encode import decode_mp4, frames_sha256
 from mpmworlds.sim.scene.errors import SceneError

@@ -6,8 +6,8 @@ from pathlib import Path
 from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCard
 
+from mpmworlds.builder.release.layout import RECIPES
 from mpmworlds.builder.release.shard_check import ShardReport, ToSimulate, check_shard
-from mpmworlds.builder.release.shards import RECIPES
 from mpmworlds.builder.render.executors import results_of
 from mpmworlds.files.checksums import (
     CHECKSUMS,

@@ -306,7 +306,7 @@ class _Run(Generic[T]):
             program_sha256=task.program_sha256,
             simulation_seconds=round(result.simulation_seconds, 3),
             encoding_seconds=round(result.encoding_seconds, 3),
-            bytes=len(result.sample.video),
+            bytes=len(result.sample.video) + len(result.sample.clip),
         )
         append_timing(self._store.root, timing)
         return timing

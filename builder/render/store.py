@@ -1,8 +1,9 @@
 """Rendered samples by content: a cache of the function program -> video.
 
-An entry is three files named by the hash of everything that decides its bytes: the
-program (``.py``), the video (``.mp4``) and their description (``.json``). The
-description is written last, so an entry without one does not exist.
+An entry is four files named by the hash of everything that decides its bytes: the
+program (``.py``), the video (``.mp4``), the same reduced (``.clip``, an MP4 file, too)
+and their description (``.json``). The description is written last, so an entry without
+one does not exist.
 
 Any number of processes may use a store at once. Who is going to render a sample claims
 it by holding its ``.lock`` file, so that nobody else renders it, too.
@@ -25,6 +26,7 @@ from mpmworlds.builder.plan.manifest import text_sha256
 from mpmworlds.files.atomic import PART, write_atomically
 from mpmworlds.files.disk import disk_errors_named
 from mpmworlds.files.locks import Hold, hold, remove_abandoned
+from mpmworlds.metrics.reduction import reduce_clip, reduced_framerate
 from mpmworlds.sim.run.encode import CODEC, Frames, encode_mp4, frames_sha256
 
 LOCK: Final = ".lock"
@@ -44,8 +46,8 @@ class Description:
 
     Attributes
     ----------
-    program_sha256, video_sha256
-        SHA-256 of the program text and of the MP4 file.
+    program_sha256, video_sha256, clip_sha256
+        SHA-256 of the program text and of the MP4 files.
     frames_sha256
         Hash of the frames, see ``mpmworlds.sim.run.encode.frames_sha256``.
     num_frames, framerate, resolution
@@ -54,6 +56,7 @@ class Description:
 
     program_sha256: str
     video_sha256: str
+    clip_sha256: str
     frames_sha256: str
     num_frames: int
     framerate: int
@@ -62,10 +65,23 @@ class Description:
 
 @dataclass(frozen=True)
 class StoredSample:
-    """A program, the video that it renders as MP4 bytes, and what is known of both."""
+    """A program, what it renders, and what is known of both.
+
+    Attributes
+    ----------
+    program
+        Its text.
+    video
+        MP4 file of the frames.
+    clip
+        MP4 file of the frames as they are evaluated, see `metrics.reduction`.
+    description
+        Hashes and sizes.
+    """
 
     program: str
     video: bytes
+    clip: bytes
     description: Description
 
 
@@ -104,15 +120,18 @@ def encode_sample(program: str, frames: Frames, framerate: int) -> StoredSample:
         raise ValueError(f"frames are {width} x {height} px, must be square")
     with disk_errors_named(Path(tempfile.gettempdir())):
         video = encode_mp4(frames, framerate)
+        reduced = reduce_clip(frames, framerate)
+        clip = encode_mp4(reduced, reduced_framerate(framerate))
     description = Description(
         program_sha256=text_sha256(program),
         video_sha256=hashlib.sha256(video).hexdigest(),
+        clip_sha256=hashlib.sha256(clip).hexdigest(),
         frames_sha256=frames_sha256(frames),
         num_frames=count,
         framerate=framerate,
         resolution=height,
     )
-    return StoredSample(program, video, description)
+    return StoredSample(program, video, clip, description)
 
 
 class Store:
@@ -143,6 +162,7 @@ class Store:
             description = _parse(base.with_suffix(".json").read_bytes())
             program = base.with_suffix(".py").read_bytes()
             video = base.with_suffix(".mp4").read_bytes()
+            clip = base.with_suffix(".clip").read_bytes()
         except FileNotFoundError:
             return None
         except (ValueError, RecursionError) as error:
@@ -156,6 +176,7 @@ class Store:
         for suffix, data, expected in (
             (".py", program, program_sha256),
             (".mp4", video, description.video_sha256),
+            (".clip", clip, description.clip_sha256),
         ):
             if hashlib.sha256(data).hexdigest() != expected:
                 _log.warning(
@@ -166,7 +187,7 @@ class Store:
                     len(data),
                 )
                 return None
-        return StoredSample(program.decode(), video, description)
+        return StoredSample(program.decode(), video, clip, description)
 
     def put(self, program: str, frames: Frames, framerate: int) -> Description:
         """Encode the frames that a program rendered and keep them.
@@ -214,6 +235,7 @@ class Store:
         for suffix, data in (
             (".py", sample.program.encode()),
             (".mp4", sample.video),
+            (".clip", sample.clip),
             (".json", _text(sample.description).encode()),
         ):
             path = base.with_suffix(suffix)

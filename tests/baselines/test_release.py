@@ -11,6 +11,7 @@ from mpmworlds.baselines.evaluate import evaluate
 from mpmworlds.baselines.results import ResultsError, read_results
 from mpmworlds.builder.plan.manifest import ManifestRow, text_sha256, write_manifest
 from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import ChecksumError
 from tests.planted import planted
@@ -71,8 +72,8 @@ def release_of(folder, change=lambda program: program):
         rows.append(replace(row, program_sha256=text_sha256(program)))
     write_manifest(folder / "manifest.parquet", rows)
     out = folder / "release"
-    configs = {"tiny": None}
-    build_release(folder / "manifest.parquet", store, out, configs, version="1.0.0")
+    planned = Corpus(folder / "manifest.parquet", {"tiny": None})
+    build_release([planned], store, out, version="1.0.0")
     return out
 
 

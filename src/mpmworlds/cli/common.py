@@ -23,12 +23,16 @@ def new_verb(verbs: Any, run: Callable[..., int], what: str, example: str) -> An
 
 
 def add_corpus_options(
-    parser: Any, *, store: bool, default: str | None = "tiny"
+    parser: Any, *, store: bool, default: str | None = "tiny", several: bool = False
 ) -> None:
     """Add the options that say which corpus, and which store if there is one."""
     what = "profile in params.yaml" + (", or a subset of one" if store else "")
     told = f"default {default}" if default else "default, for a selection: full"
-    parser.add_argument("--config", default=default, help=f"{what} ({told})")
+    if several:
+        told += "; may be given several times"
+        parser.add_argument("--config", action="append", help=f"{what} ({told})")
+    else:
+        parser.add_argument("--config", default=default, help=f"{what} ({told})")
     parser.add_argument("--params", type=Path, help="another params.yaml")
     if store:
         parser.add_argument(

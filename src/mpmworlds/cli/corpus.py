@@ -164,6 +164,23 @@ def _sizes(lists: Any) -> str:
     return ", ".join(f"{name} {len(ids)}" for name, ids in lists.items())
 
 
+_CONFIGURATIONS = """
+configurations of the package's parameters:
+  tiny         a dozen small scenes of their own, to try things out
+  mini         100 samples: 60 train, 16 modification_validation, 24 test
+  evaluation   the 152 test and 88 modification_validation samples to evaluate on
+  10k          10,000 samples, those to evaluate on among them
+  full         all 95,805
+  NAME-clips   those of NAME with videos of 256 px and 15 frames per second only
+  preview      those of mini, in videos that play everywhere and are not exact
+recipes, all scenes without videos, is part of every release.
+
+more examples:
+  two configurations, into a release that may have others, which stay:
+    mpmworlds build --config mini --config mini-clips --out release/mpmworlds
+"""
+
+
 def add_build(verbs: Any) -> None:
     """Add the verb `build`."""
     parser = new_verb(
@@ -172,10 +189,17 @@ def add_build(verbs: Any) -> None:
         "build a release: plan, render what is missing, write the shards",
         "mpmworlds build --config tiny --out release/mpmworlds",
     )
-    add_corpus_options(parser, store=True)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog += f"\n{_CONFIGURATIONS}"
+    add_corpus_options(parser, store=True, several=True)
     parser.add_argument("--manifest", type=Path, help="build from this plan")
     add_measured(parser)
-    parser.add_argument("--out", type=Path, required=True, help="folder of the release")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        help="folder of the release; what it has and is not named here stays",
+    )
 
 
 def build(options: argparse.Namespace) -> int:
@@ -183,17 +207,20 @@ def build(options: argparse.Namespace) -> int:
     from mpmworlds.builder.release.corpus import build_corpus
     from mpmworlds.builder.render.store import Store
 
-    done, shards = build_corpus(
+    done, built = build_corpus(
         parameters(options),
-        options.config,
+        options.config or ["tiny"],
         Store(options.store),
         options.out,
         manifest=options.manifest,
         workers=options.workers,
     )
     tell(done, options.store)
-    if shards is None:
+    if built is None:
         say(f"{options.out}: not built, because scenes failed")
         return DOES_NOT_HOLD
-    print(f"{options.out}: {len(shards)} shards")
+    for what in ("added", "replaced", "unchanged", "kept"):
+        if names := getattr(built, what):
+            say(f"{options.out}: {what}: {', '.join(names)}")
+    print(f"{options.out}: {len(built.record.files())} shards")
     return DONE

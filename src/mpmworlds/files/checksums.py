@@ -2,7 +2,9 @@
 
 import hashlib
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from mpmworlds.files.atomic import write_atomically
 
@@ -35,15 +37,22 @@ def files_below(root: Path) -> list[str]:
     )
 
 
-def write_checksums(root: Path) -> None:
+def write_checksums(
+    root: Path, known: Mapping[str, str] = MappingProxyType({})
+) -> None:
     """Write SHA256SUMS over all files of a tree, sorted by path.
 
     Parameters
     ----------
     root
         Folder whose files are listed and that gets the list.
+    known
+        Relative path -> SHA-256 of files that need not be read for it.
     """
-    lines = [f"{sha256_of_file(root / name)}  {name}\n" for name in files_below(root)]
+    lines = [
+        f"{known.get(name) or sha256_of_file(root / name)}  {name}\n"
+        for name in files_below(root)
+    ]
     write_atomically(root / CHECKSUMS, "".join(lines).encode())
 
 

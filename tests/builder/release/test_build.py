@@ -1,5 +1,6 @@
 """A release has the same bytes however it came about, or it does not come about."""
 
+import hashlib
 import os
 import resource
 import shutil
@@ -9,31 +10,42 @@ import sys
 import time
 from dataclasses import replace
 
+import numpy as np
+import pyarrow as pa
 import pytest
 
 from mpmworlds.builder.plan.manifest import read_manifest, text_sha256, write_manifest
 from mpmworlds.builder.release.build import build_release
-from mpmworlds.builder.release.mpmworlds import MPMWorlds, NotRenderedError
-from mpmworlds.builder.release.shards import ReleaseError, plan_shards
+from mpmworlds.builder.release.layout import Index, index_path
+from mpmworlds.builder.release.mpmworlds import (
+    BATCH_ROWS,
+    MPMWorlds,
+    NotRenderedError,
+)
+from mpmworlds.builder.release.shards import Corpus, ReleaseError, plan_shards
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.locks import hold
+from mpmworlds.metrics.reduction import reduce_clip
+from mpmworlds.sim.run.encode import decode_mp4
 
 CONFIGS = {"tiny": None, "mini": ["p0000", "p0002"]}
 COMMAND = """
 import sys, signal
 from pathlib import Path
 from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.store import Store
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-build_release(Path(sys.argv[1]), Store(Path(sys.argv[2])), Path(sys.argv[3]),
-              {"tiny": None, "mini": ["p0000", "p0002"]}, version="1.2.3",
-              rows_per_shard=2)
+configs = {"tiny": None, "mini": ["p0000", "p0002"]}
+build_release([Corpus(Path(sys.argv[1]), configs, rows_per_shard=2)],
+              Store(Path(sys.argv[2])), Path(sys.argv[3]), version="1.2.3")
 """
 
 
-def build(corpus, out, **changes):
-    arguments = {"version": "1.2.3", "rows_per_shard": 2} | changes
-    return build_release(corpus.manifest, corpus.store, out, CONFIGS, **arguments)
+def build(corpus, out, configs=CONFIGS, rows_per_shard=2, **changes):
+    planned = Corpus(corpus.manifest, configs, rows_per_shard=rows_per_shard)
+    store, arguments = corpus.store, {"version": "1.2.3"} | changes
+    return build_release([planned], store, out, **arguments)
 
 
 def tree(folder):
@@ -61,16 +73,20 @@ def test_the_folder_holds_what_was_planned_and_nothing_else(release):
     assert sorted(tree(release)) == [
         "README.md",
         "SHA256SUMS",
+        "data/mini/index.arrow",
         "data/mini/test-00000-of-00001.arrow",
         "data/mini/train-00000-of-00001.arrow",
+        "data/recipes/index.arrow",
         "data/recipes/modification_validation-00000-of-00001.arrow",
         "data/recipes/test-00000-of-00001.arrow",
         "data/recipes/train-00000-of-00001.arrow",
+        "data/tiny/index.arrow",
         "data/tiny/modification_validation-00000-of-00001.arrow",
         "data/tiny/test-00000-of-00001.arrow",
         "data/tiny/train-00000-of-00003.arrow",
         "data/tiny/train-00001-of-00003.arrow",
         "data/tiny/train-00002-of-00003.arrow",
+        "release.json",
         "splits/SHA256SUMS",
         "splits/modification_validation.txt",
         "splits/test.txt",
@@ -90,9 +106,10 @@ def test_bytes_do_not_depend_on_the_number_of_processes(corpus, release, tmp_pat
 
 
 def test_shards_are_what_the_datasets_writer_writes(corpus, release, tmp_path):
+    planned = plan_shards(Corpus(corpus.manifest).rows(), {"tiny": None}, 2)
     builder = MPMWorlds(
         config_name="tiny",
-        shards={"test": [tuple(r for r in corpus.rows if r.split == "test")]},
+        shards={"test": [s.rows for s in planned if s.split == "test"]},
         store=corpus.store.root,
         cache_dir=str(tmp_path / "cache"),
     )
@@ -105,7 +122,9 @@ def test_shards_are_what_the_datasets_writer_writes(corpus, release, tmp_path):
 
     reference = tmp_path / "reference.arrow"
     writer = ArrowWriter(
-        path=str(reference), features=builder.info.features, writer_batch_size=10
+        path=str(reference),
+        features=builder.info.features,
+        writer_batch_size=BATCH_ROWS,
     )
     for row in builder.as_dataset("test"):
         writer.write(builder.info.features.encode_example(row))
@@ -130,8 +149,9 @@ def test_a_build_that_was_killed_goes_on_where_it_stopped(
     out = tmp_path / "out"
     arguments = [str(corpus.manifest), str(copied_store.root), str(out)]
     process = subprocess.Popen([sys.executable, "-c", COMMAND, *arguments])
-    finished = out / "data/tiny/modification_validation-00000-of-00001.arrow"
-    note = out / ".build" / finished.relative_to(out).with_suffix(".json")
+    name = "data/tiny/modification_validation-00000-of-00001.arrow"
+    staged, finished = out / ".build" / name, out / name
+    note = staged.with_suffix(".json")
     deadline = time.monotonic() + 60
     while not note.exists() and time.monotonic() < deadline:
         time.sleep(0.02)
@@ -143,7 +163,7 @@ def test_a_build_that_was_killed_goes_on_where_it_stopped(
     (out / "splits/.train.txt.77.part").write_bytes(b"half")
     blocked.unlink()
     whole.rename(blocked)
-    before = finished.stat().st_mtime_ns
+    before = staged.stat().st_mtime_ns
     build(corpus, out)
     assert finished.stat().st_mtime_ns == before
     assert tree(out) == tree(release)
@@ -157,14 +177,12 @@ def test_a_finished_shard_that_was_truncated_is_written_again(
     video.unlink()
     with pytest.raises(NotRenderedError, match=r"p0002-n00: .* materialise"):
         build_release(
-            corpus.manifest,
+            [Corpus(corpus.manifest, CONFIGS, rows_per_shard=2)],
             copied_store,
             tmp_path / "out",
-            CONFIGS,
             version="1.2.3",
-            rows_per_shard=2,
         )
-    shard = tmp_path / "out/data/tiny/train-00000-of-00003.arrow"
+    shard = tmp_path / "out/.build/data/tiny/train-00000-of-00003.arrow"
     os.truncate(shard, 500)
     video.write_bytes(whole)
     build(corpus, tmp_path / "out")
@@ -178,7 +196,10 @@ def test_a_corrupt_video_in_the_store_stops_the_build(corpus, copied_store, tmp_
     video.write_bytes(data)
     with pytest.raises(NotRenderedError, match=r"p0000: .* is corrupt there"):
         build_release(
-            corpus.manifest, copied_store, tmp_path / "out", CONFIGS, version="1.0.0"
+            [Corpus(corpus.manifest, CONFIGS)],
+            copied_store,
+            tmp_path / "out",
+            version="1.0.0",
         )
 
 
@@ -205,6 +226,98 @@ def test_a_full_disk_is_a_clear_error_and_the_next_build_goes_on(
     assert tree(out) == tree(release)
 
 
+def test_a_configuration_that_comes_later_leaves_the_others_alone(
+    corpus, release, tmp_path
+):
+    out = tmp_path / "out"
+    first = build(corpus, out, {"tiny": None})
+    assert (first.added, first.kept) == (("tiny", "recipes"), ())
+    before = tree(out / "data/tiny") | tree(out / "data/recipes")
+    times = {p: p.stat().st_mtime_ns for p in (out / "data").rglob("*.arrow")}
+    later = build(corpus, out, {"mini": CONFIGS["mini"], "tiny-clips": ["p0001"]})
+    assert later.added == ("mini", "tiny-clips")
+    assert (later.unchanged, later.kept) == (("recipes",), ("tiny",))
+    assert tree(out / "data/tiny") | tree(out / "data/recipes") == before
+    assert all(path.stat().st_mtime_ns == at for path, at in times.items())
+    assert later.record.default == "tiny"
+    assert tree(out / "data/mini") == tree(release / "data/mini")
+    command = ["sha256sum", "--check", "--quiet", "SHA256SUMS"]
+    subprocess.run(command, cwd=out, check=True)
+
+
+def test_what_is_replaced_is_said_and_leaves_nothing_behind(corpus, tmp_path):
+    out = tmp_path / "out"
+    build(corpus, out, rows_per_shard=1)
+    built = build(corpus, out, {"tiny": ["p0001"]}, rows_per_shard=1)
+    assert (built.replaced, built.unchanged) == (("tiny",), ("recipes",))
+    names = sorted(path.name for path in (out / "data/tiny").iterdir())
+    assert names == ["index.arrow", "train-00000-of-00001.arrow"]
+    assert build(corpus, out, {"tiny": ["p0001"]}).unchanged == ("tiny", "recipes")
+
+
+def test_a_release_stays_whole_until_an_addition_is_done(
+    corpus, copied_store, tmp_path
+):
+    out = tmp_path / "out"
+    build(corpus, out, {"mini": ["p0000"]})
+    before = tree(out)
+    video_of(copied_store, corpus.rows[-1]).unlink()
+    with pytest.raises(NotRenderedError):
+        build_release(
+            [Corpus(corpus.manifest, {"tiny": None})],
+            copied_store,
+            out,
+            version="1.2.3",
+        )
+    left = {n: b for n, b in tree(out).items() if not n.startswith(".build")}
+    assert left == before
+    build(corpus, out, {"tiny": None})
+    assert not (out / ".build").exists()
+
+
+def test_what_goes_together_is_of_one_version_and_one_plan(corpus, tmp_path):
+    out = tmp_path / "out"
+    build(corpus, out, {"mini": ["p0000"]})
+    with pytest.raises(
+        ReleaseError, match=r"has mini of 1\.2\.3, .* is of 1\.3\.0; .*--config mini"
+    ):
+        build(corpus, out, {"tiny": None}, version="1.3.0")
+    rows = [replace(corpus.rows[0], edit="{}"), *corpus.rows[1:]]
+    write_manifest(tmp_path / "m", rows)
+    planned = Corpus(tmp_path / "m", {"tiny": None})
+    with pytest.raises(ReleaseError, match="mini is of another plan of 'full'"):
+        build_release([planned], corpus.store, out, version="1.2.3")
+
+
+def test_a_clip_is_the_reduced_video(corpus, tmp_path):
+    import datasets
+
+    out = tmp_path / "out"
+    build(corpus, out, {"tiny": None, "tiny-clips": None})
+    for config in ("tiny", "tiny-clips"):
+        file = out / f"data/{config}/test-00000-of-00001.arrow"
+        for row in datasets.Dataset.from_file(str(file)):
+            assert ("video" in row) == (config == "tiny")
+            frames = reduce_clip(corpus.frames[row["id"]], row["framerate"])
+            np.testing.assert_array_equal(decode_mp4(row["clip"]["bytes"]), frames)
+
+
+def test_the_index_tells_where_each_row_lies_and_what_its_bytes_are(release):
+    for config in ("tiny", "recipes"):
+        path = index_path(config)
+        index = Index((release / path).read_bytes(), path)
+        places = index.places()
+        assert len(places) == 8
+        for sample, (number, row) in places.items():
+            file, batch = index.at(number)
+            with (release / file).open("rb") as stream:
+                stream.seek(batch.offset)
+                data = stream.read(batch.size)
+            assert hashlib.sha256(data).digest() == batch.sha256
+            found = pa.ipc.read_record_batch(pa.py_buffer(data), index.schema)
+            assert found.column("id")[row].as_py() == sample
+
+
 def test_a_folder_with_other_things_in_it_is_left_alone(corpus, tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
     with pytest.raises(ReleaseError, match=r"holds 'thesis.tex', which is no part"):
@@ -218,6 +331,7 @@ def test_what_was_put_into_a_release_is_left_alone(corpus, release, tmp_path, fi
     if not finished:
         (out / "SHA256SUMS").unlink()
         (out / ".build").mkdir()
+        (out / ".build/mpmworlds").write_text("ours")
     (out / "thesis.tex").write_text("years of work")
     before = tree(out)
     with pytest.raises(ReleaseError, match=r"holds 'thesis.tex', which is no part"):
@@ -242,18 +356,23 @@ def test_a_release_that_is_being_built_is_left_alone(corpus, release, tmp_path):
 
 
 def test_rows_keep_the_order_of_the_manifest_and_every_row_is_in_one_shard(corpus):
-    plan = plan_shards(corpus.rows, {"tiny": None}, rows_per_shard=3)
+    rows = Corpus(corpus.manifest).rows()
+    plan = plan_shards(rows, {"tiny": None, "recipes": None}, rows_per_shard=3)
     for config in ("tiny", "recipes"):
         for split in ("train", "modification_validation", "test"):
             shards = [s for s in plan if (s.config, s.split) == (config, split)]
-            rows = [row for shard in shards for row in shard.rows]
-            assert rows == [row for row in corpus.rows if row.split == split]
+            ids = [i for shard in shards for i in shard.rows["id"].to_pylist()]
+            assert ids == [row.id for row in corpus.rows if row.split == split]
             assert all(len(shard.rows) <= 3 or config == "recipes" for shard in shards)
 
 
-def test_the_key_of_a_shard_depends_on_every_value_of_its_rows(corpus):
+def test_the_key_of_a_shard_depends_on_every_value_of_its_rows(corpus, tmp_path):
+    configs = {"tiny": None, "recipes": None}
+
     def keys(rows):
-        return [shard.key() for shard in plan_shards(rows, {"tiny": None}, 10)]
+        write_manifest(tmp_path / "m", rows)
+        planned = plan_shards(Corpus(tmp_path / "m").rows(), configs, 10)
+        return [shard.key for shard in planned]
 
     changed = [replace(corpus.rows[0], edit="{}"), *corpus.rows[1:]]
     same = [a == b for a, b in zip(keys(corpus.rows), keys(changed), strict=True)]
@@ -270,10 +389,11 @@ def test_the_key_of_a_shard_depends_on_every_value_of_its_rows(corpus):
     ],
 )
 def test_a_plan_that_makes_no_sense_is_refused(
-    corpus, configs, rows_per_shard, message
+    corpus, tmp_path, configs, rows_per_shard, message
 ):
     with pytest.raises(ReleaseError, match=message):
-        plan_shards(corpus.rows, configs, rows_per_shard)
+        build(corpus, tmp_path / "out", configs, rows_per_shard)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_split_that_is_unknown_is_refused(corpus, tmp_path):
@@ -281,10 +401,9 @@ def test_a_split_that_is_unknown_is_refused(corpus, tmp_path):
     write_manifest(tmp_path / "m.parquet", rows)
     with pytest.raises(ReleaseError, match="p0000: split = 'validation', must be one"):
         build_release(
-            tmp_path / "m.parquet",
+            [Corpus(tmp_path / "m.parquet", CONFIGS)],
             corpus.store,
             tmp_path / "out",
-            CONFIGS,
             version="1.0.0",
         )
 

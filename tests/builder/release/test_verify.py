@@ -12,6 +12,7 @@ from mpmworlds.builder.plan.manifest import text_sha256, write_manifest
 from mpmworlds.builder.release import shard_check
 from mpmworlds.builder.release.build import build_release
 from mpmworlds.builder.release.features import recipe_features, release_features
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.release.verify import verify_release
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import write_checksums
@@ -54,9 +55,8 @@ def simulated(tmp_path_factory, make_row):
         rows.append(replace(row, scene=text, scene_sha256=text_sha256(text)))
     write_manifest(root / "manifest.parquet", rows)
     out = root / "mpmworlds"
-    build_release(
-        root / "manifest.parquet", store, out, {"tiny": None}, version="1.0.0"
-    )
+    planned = Corpus(root / "manifest.parquet", {"tiny": None})
+    build_release([planned], store, out, version="1.0.0")
     return out
 
 

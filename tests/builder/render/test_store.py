@@ -54,7 +54,7 @@ def test_putting_twice_changes_no_byte(entry):
     assert before == {p: p.read_bytes() for p in store.root.rglob("*") if p.is_file()}
 
 
-@pytest.mark.parametrize("suffix", [".mp4", ".py", ".json"])
+@pytest.mark.parametrize("suffix", [".mp4", ".clip", ".py", ".json"])
 @pytest.mark.parametrize(
     "damage", [lambda data: data[: len(data) // 2], lambda data: data[:-1] + b"\xff"]
 )
@@ -244,7 +244,7 @@ def kill_at(step):
     os.fsync, Path.replace = count(os.fsync), count(Path.replace)
 
 
-@pytest.mark.parametrize("step", range(9))  # fsync, replace, fsync of three files
+@pytest.mark.parametrize("step", range(12))  # fsync, replace, fsync of four files
 def test_a_writer_killed_at_any_step_leaves_nothing_wrong(step, sample, tmp_path):
     key = sample.description.program_sha256
     store, whole = Store(tmp_path / "store"), Store(tmp_path / "whole")
@@ -255,7 +255,7 @@ def test_a_writer_killed_at_any_step_leaves_nothing_wrong(step, sample, tmp_path
         store.add(sample)
 
     assert end_of(write) == -signal.SIGKILL
-    assert store.get(key) == (sample if step == 8 else None)
+    assert store.get(key) == (sample if step == 11 else None)
     assert store.sweep() == 1 + (step % 3 < 2)  # the claim, and perhaps a part
     store.add(sample)
     whole.add(sample)
@@ -299,7 +299,7 @@ def test_sweeping_spares_the_living(sample, tmp_path):
             write()
         finally:
             os._exit(0)
-    for _ in range(3):
+    for _ in range(4):
         os.read(reader, 1)  # it is about to rename
         assert {p.suffix for p in files_of(store)} >= {".part", ".lock"}
         assert store.sweep() == 0
@@ -307,7 +307,7 @@ def test_sweeping_spares_the_living(sample, tmp_path):
     os.waitpid(process, 0)
     assert store.get(key) == sample
     assert store.sweep() == 0
-    assert len(files_of(store)) == 3
+    assert len(files_of(store)) == 4
 
 
 def test_sweeping_leaves_other_files_alone(entry):
