@@ -17,6 +17,7 @@ from datasets.info import DatasetInfosDict
 from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCardData
 
+from mpmworlds.builder.release import croissant
 from mpmworlds.builder.release.features import (
     PREVIEW_COLUMNS,
     RECIPE_COLUMNS,
@@ -119,13 +120,27 @@ def header(rows: pa.Table, sizes: Sequence[ConfigSize], record: Record) -> str:
             (name for limit, name in _SIZE_CATEGORIES if len(rows) < limit), "n>1M"
         ),
         tags=_TAGS,
-        task_categories=["other"],
+        task_categories=["image-to-video", "video-text-to-text"],
     )
     infos = {size.name: _info(size, record.version) for size in sizes}
     DatasetInfosDict(infos).to_dataset_card_data(data)
+    _add_about(data)
     configs = {s.name: _config(s, record, s is sizes[0]) for s in sizes}
     MetadataConfigs(configs).to_dataset_card_data(data)
     return f"{data}\n"
+
+
+def _add_about(data: DatasetCardData) -> None:
+    """Add what `Dataset.info` has from the card but is not written into it."""
+    about = {
+        "description": croissant.DESCRIPTION,
+        "citation": croissant.CITATION,
+        "homepage": croissant.HOMEPAGE,
+        "license": croissant.LICENCE,
+    }
+    told = data["dataset_info"]  # a mapping, where there is one configuration
+    for info in told if isinstance(told, list) else [told]:
+        info |= about
 
 
 def _config(size: ConfigSize, record: Record, is_default: bool) -> dict[str, Any]:

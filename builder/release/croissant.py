@@ -133,7 +133,7 @@ _RESPONSIBLE: Final = {
 
 
 @dataclass(frozen=True)
-class FileRecord:
+class CroissantFile:
     """A file of the release: path, size [bytes], SHA-256."""
 
     path: str
@@ -143,7 +143,7 @@ class FileRecord:
 
 def croissant_text(
     version: str,
-    files: Sequence[FileRecord],
+    files: Sequence[CroissantFile],
     configs: Mapping[str, Sequence[Column]],
 ) -> str:
     """Return `croissant.json` of a release.
@@ -195,7 +195,7 @@ def croissant_text(
     return json.dumps(told, indent=1, ensure_ascii=False) + "\n"
 
 
-def _file_object(file: FileRecord) -> dict[str, Any]:
+def _file_object(file: CroissantFile) -> dict[str, Any]:
     ending = file.path[file.path.rfind(".") :]
     return {
         "@type": "cr:FileObject",
@@ -208,9 +208,13 @@ def _file_object(file: FileRecord) -> dict[str, Any]:
     }
 
 
-def _file_set(config: str, files: Sequence[FileRecord]) -> dict[str, Any]:
+def _file_set(config: str, files: Sequence[CroissantFile]) -> dict[str, Any]:
     start = f"data/{config}/"
-    paths = [file.path for file in files if file.path.startswith(start)]
+    paths = [
+        file.path
+        for file in files
+        if file.path.startswith(start) and "-of-" in file.path
+    ]
     if not paths:
         raise ValueError(f"configuration {config!r}: has no files in {start}")
     return {
@@ -220,7 +224,7 @@ def _file_set(config: str, files: Sequence[FileRecord]) -> dict[str, Any]:
         "description": f"Arrow IPC streams of the configuration {config}",
         "containedIn": [{"@id": path} for path in paths],
         "encodingFormat": _ARROW,
-        "includes": f"{start}*.arrow",
+        "includes": f"{start}*-of-*.arrow",
     }
 
 

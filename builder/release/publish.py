@@ -6,14 +6,12 @@ Only the tag makes an upload a version: until all is there and checked, there is
 """
 
 import hashlib
-import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from huggingface_hub import DatasetCard
 from huggingface_hub import constants as hub_constants
 from tqdm import tqdm  # type: ignore[import-untyped]
 
@@ -24,6 +22,8 @@ from mpmworlds.builder.release.hub import (
     RemoteState,
     no_token,
 )
+from mpmworlds.builder.release.layout import CARD, RECORD, read_record
+from mpmworlds.builder.release.writing import NOTES
 from mpmworlds.files.checksums import (
     CHECKSUMS,
     files_below,
@@ -31,7 +31,7 @@ from mpmworlds.files.checksums import (
     sha256_of_file,
 )
 
-_OF_AN_EMPTY_REPOSITORY: Final = (".gitattributes", "README.md")
+_OF_AN_EMPTY_REPOSITORY: Final = (".gitattributes", CARD)
 _TAG: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*", re.ASCII)
 
 
@@ -124,7 +124,7 @@ def plan_upload(
         else, the tag names another release, or the Hub cannot be asked.
     """
     files = _checked(folder)
-    tag = revision or data_version(folder)
+    tag = revision or read_record(folder).version
     if not _TAG.fullmatch(tag):
         raise PublishError(
             f"--revision {tag!r}: must be letters, digits and . _ + -, such as 1.0.0"
@@ -188,23 +188,16 @@ def publish(upload: Upload) -> str:
     return commit
 
 
-def data_version(folder: Path) -> str:
-    """Return the version of the data in a release."""
-    record = folder / "release.json"
-    if record.is_file():
-        return str(json.loads(record.read_bytes())["version"])
-    card = DatasetCard.load(folder / "README.md")
-    return str(card.data["configs"][0]["version"])
-
-
 def _checked(folder: Path) -> dict[str, LocalFile]:
     """All files of a release that is whole; nothing hidden is among them."""
     if not folder.is_dir():
         raise PublishError(f"{folder}: there is no such folder; build a release there")
     sums = read_checksums(folder)
     if not _is_release(sums):
-        raise PublishError(f"{folder}: is no release; name a folder that was built")
-    if (folder / ".build").exists():
+        raise PublishError(
+            f"{folder}: is no release ({CHECKSUMS} names no {RECORD}); build it again"
+        )
+    if (folder / NOTES).exists():
         raise PublishError(f"{folder}: is not finished; run `mpmworlds build` again")
     strangers = [name for name in files_below(folder) if name not in sums]
     problems = [f"{folder / name}: is not in {CHECKSUMS}" for name in strangers]
@@ -227,10 +220,9 @@ def _checked(folder: Path) -> dict[str, LocalFile]:
     }
 
 
-def _is_release(sums: Mapping[str, str]) -> bool:
+def _is_release(names: Collection[str]) -> bool:
     """Whether a list of checksums is that of a release."""
-    tops = {name.partition("/")[0] for name in sums}
-    return {"README.md", "data", "splits"} <= tops
+    return {CARD, RECORD} <= set(names)
 
 
 def _same(
@@ -263,7 +255,7 @@ def _former_files(repository: HubRepository, state: RemoteState) -> set[str]:
         return set()
     text = repository.read(CHECKSUMS, state.commit).decode(errors="replace")
     names = {line.partition("  ")[2] for line in text.splitlines()}
-    return {CHECKSUMS, *names} if _is_release(dict.fromkeys(names, "")) else set()
+    return {CHECKSUMS, *names} if _is_release(names) else set()
 
 
 def _check_ours(

@@ -6,22 +6,20 @@ import logging
 import mlcroissant
 import pytest
 
-from mpmworlds.builder.release.croissant import FileRecord, croissant_text
-from mpmworlds.builder.release.features import RECIPE_COLUMNS, RENDERED_COLUMNS
+from mpmworlds.builder.release.croissant import CroissantFile, croissant_text
+from mpmworlds.builder.release.features import RECIPE_COLUMNS, columns_of
 from mpmworlds.files.checksums import read_checksums
 
 DATE = "datePublished"  # a build has none: equal input gives equal bytes
-CONFIGS = {
-    "tiny": (*RECIPE_COLUMNS, *RENDERED_COLUMNS),
-    "recipes": RECIPE_COLUMNS,
-}
+CONFIGS = {name: columns_of(name) for name in ("tiny", "mini", "recipes")}
 
 
 @pytest.fixture(scope="module")
 def records(release):
-    sums = read_checksums(release)
     return [
-        FileRecord(name, (release / name).stat().st_size, sums[name]) for name in sums
+        CroissantFile(name, (release / name).stat().st_size, digest)
+        for name, digest in read_checksums(release).items()
+        if name != "croissant.json"
     ]
 
 
@@ -63,10 +61,14 @@ def test_every_file_has_its_checksum_and_every_configuration_its_files(
         for item in metadata.distribution
         if isinstance(item, mlcroissant.FileObject)
     }
-    assert files == read_checksums(release)
+    sums = read_checksums(release)
+    del sums["croissant.json"]
+    assert files == sums
     sets = [d for d in metadata.distribution if isinstance(d, mlcroissant.FileSet)]
     assert {s.id: set(s.contained_in) for s in sets} == {
-        f"files-{config}": {n for n in files if n.startswith(f"data/{config}/")}
+        f"files-{config}": {
+            n for n in files if n.startswith(f"data/{config}/") and "-of-" in n
+        }
         for config in CONFIGS
     }
 
@@ -83,6 +85,12 @@ def test_it_says_what_responsible_use_needs(read, records):
         metadata.personal_sensitive_information,
     ):
         assert told
+
+
+def test_a_release_has_it(release, records):
+    text = (release / "croissant.json").read_text()
+    configs = {name: CONFIGS[name] for name in ("tiny", "mini", "recipes")}
+    assert text == croissant_text("1.2.3", records, configs)
 
 
 def test_text_follows_from_arguments_alone(records):

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.files.checksums import CHECKSUMS, read_checksums, write_checksums
 from tests.hub import EXPIRED, READER, WRITER, Hub
 
@@ -182,11 +183,8 @@ def test_what_is_published_is_loaded_by_tag_and_streamed(
     publish, hub, release, corpus, tmp_path
 ):
     later = tmp_path / "later"
-    build_release(
-        *(corpus.manifest, corpus.store, later),
-        {"tiny": ["p0000", "p0002"]},
-        version="2.0.0",
-    )
+    few = Corpus(corpus.manifest, {"tiny": ["p0000", "p0002"]}, name="tiny")
+    build_release([few], corpus.store, later, version="2.0.0")
     assert publish(release).status == 0
     assert publish(later).status == 0
     done = subprocess.run(
