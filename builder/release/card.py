@@ -22,6 +22,7 @@ from mpmworlds.builder.release.features import (
     PREVIEW_COLUMNS,
     RECIPE_COLUMNS,
     RENDERED_COLUMNS,
+    columns_of,
     features_of,
 )
 from mpmworlds.builder.release.layout import Record
@@ -36,6 +37,7 @@ STATISTICS_MARK: Final = "<!-- statistics -->"
 LISTS_MARK: Final = "<!-- lists -->"
 CONFIG_MARK: Final = "<config>"
 SPLIT_MARK: Final = "<split>"
+VERSION_MARK: Final = "<version>"
 DESCRIPTION: Final = "content sha256:"  # begins the description of a configuration
 
 _SIZE_CATEGORIES: Final = (
@@ -106,6 +108,7 @@ def card_text(
     splits = list(sizes[0].rows)
     body = body.replace(CONFIG_MARK, sizes[0].name)
     body = body.replace(SPLIT_MARK, "test" if "test" in splits else splits[0])
+    body = body.replace(VERSION_MARK, record.version)
     body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, record.version))
     return f"---\n{header(rows, sizes, record)}---\n\n{body}"
 
@@ -276,12 +279,17 @@ _PLURAL: Final = {
 }
 
 
+_LARGE: Final = ("program", "video", "clip", "preview", "poster")
+
+
 def _sizes_table(sizes: Iterable[ConfigSize]) -> str:
-    lines = ["| configuration | split | rows | MB |", "|---|---|---|---|"]
+    lines = ["| configuration | has | split | rows | MB |", "|---|---|---|---|---|"]
     for size in sizes:
+        names = {column.name for column in columns_of(size.name)}
+        has = ", ".join(f"`{part}`" for part in _LARGE if part in names) or "scenes"
         for split, rows in size.rows.items():
-            megabytes = size.num_bytes[split] / 1e6
-            lines.append(f"| `{size.name}` | `{split}` | {rows:,} | {megabytes:,.1f} |")
+            told = f"`{split}` | {rows:,} | {size.num_bytes[split] / 1e6:,.1f}"
+            lines.append(f"| `{size.name}` | {has} | {told} |")
     return "\n".join(lines)
 
 
