@@ -29,6 +29,11 @@ from mpmworlds.builder.release.layout import (
     index_path,
     read_record,
 )
+from mpmworlds.builder.release.metadata import (
+    CROISSANT,
+    LEADERBOARD,
+    write_metadata,
+)
 from mpmworlds.builder.release.shards import (
     Corpus,
     PlannedShard,
@@ -57,7 +62,15 @@ from mpmworlds.splits.assign import SPLITS
 from mpmworlds.splits.recorded_lists import write_lists
 
 _MARK: Final = "mpmworlds"  # file among the notes: the folder is ours
-_PARTS: Final = ("data", SPLIT_LISTS, CARD, CHECKSUMS, RECORD)  # of a release
+_PARTS: Final = (  # of a release
+    "data",
+    SPLIT_LISTS,
+    CARD,
+    CHECKSUMS,
+    CROISSANT,
+    LEADERBOARD,
+    RECORD,
+)
 
 Plans = dict[str, list[PlannedShard]]  # of each configuration
 
@@ -325,7 +338,9 @@ def _settle(
     card = card_text(tables[corpora[0].name], _sizes(record), record, chosen)
     write_atomically(out_dir / CARD, card.encode())
     _remove_what_is_left(out_dir, record)
-    write_checksums(out_dir, {file.path: file.sha256 for file in record.files()})
+    known = {file.path: file.sha256 for file in record.files()}
+    write_metadata(out_dir, record, known)
+    write_checksums(out_dir, known)
     shutil.rmtree(out_dir / NOTES)
 
 

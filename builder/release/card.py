@@ -17,10 +17,12 @@ from datasets.info import DatasetInfosDict
 from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCardData
 
+from mpmworlds.builder.release import croissant
 from mpmworlds.builder.release.features import (
     PREVIEW_COLUMNS,
     RECIPE_COLUMNS,
     RENDERED_COLUMNS,
+    columns_of,
     features_of,
 )
 from mpmworlds.builder.release.layout import CONTENT, Record
@@ -35,6 +37,7 @@ STATISTICS_MARK: Final = "<!-- statistics -->"
 LISTS_MARK: Final = "<!-- lists -->"
 CONFIG_MARK: Final = "<config>"
 SPLIT_MARK: Final = "<split>"
+VERSION_MARK: Final = "<version>"
 
 _SIZE_CATEGORIES: Final = (
     (1_000, "n<1K"),
@@ -104,6 +107,7 @@ def card_text(
     splits = list(sizes[0].rows)
     body = body.replace(CONFIG_MARK, sizes[0].name)
     body = body.replace(SPLIT_MARK, "test" if "test" in splits else splits[0])
+    body = body.replace(VERSION_MARK, record.version)
     body = body.replace(STATISTICS_MARK, statistics_text(rows, sizes, record.version))
     return f"---\n{header(rows, sizes, record)}---\n\n{body}"
 
@@ -118,13 +122,27 @@ def header(rows: pa.Table, sizes: Sequence[ConfigSize], record: Record) -> str:
             (name for limit, name in _SIZE_CATEGORIES if len(rows) < limit), "n>1M"
         ),
         tags=_TAGS,
-        task_categories=["other"],
+        task_categories=["image-to-video", "video-text-to-text"],
     )
     infos = {size.name: _info(size, record.version) for size in sizes}
     DatasetInfosDict(infos).to_dataset_card_data(data)
+    _add_about(data)
     configs = {s.name: _config(s, record, s is sizes[0]) for s in sizes}
     MetadataConfigs(configs).to_dataset_card_data(data)
     return f"{data}\n"
+
+
+def _add_about(data: DatasetCardData) -> None:
+    """Add what `Dataset.info` has from the card but is not written into it."""
+    about = {
+        "description": croissant.DESCRIPTION,
+        "citation": croissant.CITATION,
+        "homepage": croissant.HOMEPAGE,
+        "license": croissant.LICENCE,
+    }
+    told = data["dataset_info"]  # a mapping, where there is one configuration
+    for info in told if isinstance(told, list) else [told]:
+        info |= about
 
 
 def _config(size: ConfigSize, record: Record, is_default: bool) -> dict[str, Any]:
@@ -260,12 +278,17 @@ _PLURAL: Final = {
 }
 
 
+_LARGE: Final = ("program", "video", "clip", "preview", "poster")
+
+
 def _sizes_table(sizes: Iterable[ConfigSize]) -> str:
-    lines = ["| configuration | split | rows | MB |", "|---|---|---|---|"]
+    lines = ["| configuration | has | split | rows | MB |", "|---|---|---|---|---|"]
     for size in sizes:
+        names = {column.name for column in columns_of(size.name)}
+        has = ", ".join(f"`{part}`" for part in _LARGE if part in names) or "scenes"
         for split, rows in size.rows.items():
-            megabytes = size.num_bytes[split] / 1e6
-            lines.append(f"| `{size.name}` | `{split}` | {rows:,} | {megabytes:,.1f} |")
+            told = f"`{split}` | {rows:,} | {size.num_bytes[split] / 1e6:,.1f}"
+            lines.append(f"| `{size.name}` | {has} | {told} |")
     return "\n".join(lines)
 
 

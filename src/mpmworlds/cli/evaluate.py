@@ -14,6 +14,7 @@ from mpmworlds.cli.common import (
     new_verb,
     say,
 )
+from mpmworlds.files.atomic import write_atomically
 
 MORE = """\
 predictors: black, copy_last, ping_pong, optical_flow, nearest_video, nearest_program,
@@ -97,6 +98,13 @@ def add_evaluate(verbs: Any) -> None:
     )
     add_workers(parser)
     add_ray(parser)
+    parser.add_argument(
+        "--headline",
+        type=Path,
+        metavar="FILE",
+        help="write the seven metrics and the share of failures there, for "
+        "`dvc metrics diff`",
+    )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
@@ -109,6 +117,7 @@ def _add_samples(parser: Any) -> None:
 def evaluate(options: argparse.Namespace) -> int:
     """Score a predictor and print the table."""
     from mpmworlds.baselines.evaluate import evaluate as run_evaluation
+    from mpmworlds.baselines.headline import headline_text
     from mpmworlds.baselines.predictions import Predictions
     from mpmworlds.baselines.scoring import How
     from mpmworlds.baselines.summary import summary_table
@@ -141,6 +150,8 @@ def evaluate(options: argparse.Namespace) -> int:
     if summary["samples"] < summary["expected"]:
         say(f"{out}: incomplete; give the command again to go on")
         return DOES_NOT_HOLD
+    if options.headline:
+        write_atomically(options.headline, headline_text(summary).encode())
     return DONE
 
 

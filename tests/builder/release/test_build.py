@@ -73,6 +73,7 @@ def test_the_folder_holds_what_was_planned_and_nothing_else(release):
     assert sorted(tree(release)) == [
         "README.md",
         "SHA256SUMS",
+        "croissant.json",
         "data/mini/index.arrow",
         "data/mini/test-00000-of-00001.arrow",
         "data/mini/train-00000-of-00001.arrow",

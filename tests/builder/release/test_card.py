@@ -5,6 +5,7 @@ from dataclasses import fields
 
 import pytest
 import yaml
+from datasets import load_dataset_builder
 from datasets.info import DatasetInfosDict
 from datasets.utils.metadata import MetadataConfigs
 from huggingface_hub import DatasetCard
@@ -54,6 +55,7 @@ def test_the_header_counts_rows_and_bytes(card, release):
 def test_the_header_has_what_the_hub_asks_for(card):
     header = yaml.safe_load(card.content.split("---")[1])
     assert header["license"] == "cc-by-4.0"
+    assert header["task_categories"] == ["image-to-video", "video-text-to-text"]
     assert header["size_categories"] == "n<1K"
     assert header["pretty_name"] == "MPMWorlds"
     assert "arxiv:2606.01538" in header["tags"]
@@ -67,8 +69,32 @@ def test_the_text_says_whose_work_this_is_and_under_which_licence(card):
     assert "Apache-2.0" in text
 
 
+def test_datasets_knows_licence_citation_and_homepage(release, tmp_path):
+    info = load_dataset_builder(str(release), "mini", cache_dir=str(tmp_path)).info
+    assert info.license == "https://creativecommons.org/licenses/by/4.0/"
+    assert "arXiv:2606.01538" in info.citation
+    assert info.homepage.startswith("https://")
+    assert "independent reconstruction" in info.description
+
+
+@pytest.mark.parametrize(
+    "section",
+    ["Which video is which", "What differs from the paper", "What this is not"]
+    + ["Errata", "Maintenance", "Limits", "Citation", "Reproduce it"],
+)
+def test_the_text_answers_what_users_ask(section, card):
+    assert f"\n## {section}\n" in card.text
+
+
+def test_errata_name_the_version_and_sizes_what_a_configuration_has(card):
+    assert "None known of data version 1.2.3." in card.text
+    assert "| `mini` | `program`, `video`, `clip` | `test` | 1 |" in card.text
+    assert "| `recipes` | scenes | `test` | 2 |" in card.text
+
+
 def test_no_mark_is_left_unfilled(card):
     assert "<!--" not in card.content
+    assert re.findall(r"<(?!owner|folder)[a-z]+>", card.text) == []
 
 
 def test_the_examples_load_what_the_release_has(card):
@@ -89,7 +115,7 @@ def assert_examples_hold(card):
     default = configs.get_default_config_name()
     splits = {entry["split"] for entry in configs[default]["data_files"]}
     examples = re.findall(r"load(?:_dataset)?\(([^)]*)\)", card.text)
-    assert len(examples) == 6
+    assert len(examples) == 7
     for example in examples:
         positional = re.findall(r'(?:^|, )"([^"]*)"', example)
         assert set(positional) - {"recipes", default} <= {
