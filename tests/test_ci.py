@@ -80,10 +80,11 @@ def test_nothing_runs_after_a_first_command_that_failed(tmp_path):
     assert run(repository(tmp_path / "r", readme), tmp_path / "scratch").stdout == ""
 
 
+@pytest.mark.parametrize("instead", ["<!-- another -->", "{}\nWords."])
 @pytest.mark.parametrize("mark", ["first-command", "test-command"])
-def test_readme_without_a_marked_block_is_an_error(tmp_path, mark):
+def test_readme_without_a_marked_block_is_an_error(tmp_path, mark, instead):
     readme = README.format(first="echo ran", test="echo ran")
-    readme = readme.replace(f"<!-- {mark} -->", "<!-- another -->")
+    readme = readme.replace(f"<!-- {mark} -->", instead.format(f"<!-- {mark} -->"))
     done = run(repository(tmp_path / "r", readme), tmp_path / "scratch")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
