@@ -14,13 +14,13 @@ from typing import Any
 
 import cv2
 import numpy as np
+from datasets import get_dataset_split_names
 
 import mpmworlds
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.loaders.load import Examples
 from mpmworlds.sim.run.sheet import contact_sheet
 
-SPLITS = ("train", "modification_validation", "test")
 TITLE = 20  # pixels
 GREY = (200, 200, 200)
 GAP = 12  # pixels between columns
@@ -96,7 +96,8 @@ def main() -> None:
     parser.add_argument("--columns", type=int, default=2, help="sheets side by side")
     options = parser.parse_args()
 
-    splits = [mpmworlds.load(options.release, s, options.config) for s in SPLITS]
+    names = get_dataset_split_names(str(options.release), options.config)
+    splits = [mpmworlds.load(options.release, s, options.config) for s in names]
     columns = ["id", "family_id", "materials", "object_types", "num_objects"]
     rows = [row for s in splits for row in s.table.select_columns(columns)]
     ids = options.ids or chosen(rows, options.samples)
