@@ -4,25 +4,17 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Final
 
-import av
 import numpy as np
-from av.video.reformatter import ColorRange, Colorspace, VideoReformatter
 
 from mpmworlds.baselines.report.board import Board
 from mpmworlds.baselines.report.folder import Folder
 from mpmworlds.baselines.results import CLIPS
 from mpmworlds.baselines.system import ComparisonError, System
-from mpmworlds.files.scratch import Scratch
 from mpmworlds.loaders.load import Examples
 from mpmworlds.metrics.reduction import Frames
 from mpmworlds.sim.run.encode import decode_mp4
-
-BT601: Final = 6  # its number among the colour spaces of a stream
-# Browsers' decoders in hardware, Safari and Windows play 4:2:0 only. The bytes of x264
-# depend on its thread count.
-X264: Final = {"preset": "medium", "crf": "18", "threads": "1"}
+from mpmworlds.sim.run.preview import encode_preview
 
 
 @dataclass(frozen=True)
@@ -98,48 +90,8 @@ def _write(
     folder: Folder, start: str, framerate: int, name: str, frames: Frames
 ) -> str:
     path = f"{start}/{name}.mp4"
-    folder.write(path, preview_mp4(frames, framerate))
+    folder.write(path, encode_preview(frames, framerate))
     return path
-
-
-def preview_mp4(frames: Frames, framerate: int) -> bytes:
-    """Encode frames as H.264 4:2:0, which every browser plays; always the same bytes.
-
-    Sides that are odd are extended by a pixel.
-    """
-    odd = [(0, 0), *((0, side % 2) for side in frames.shape[1:3]), (0, 0)]
-    frames = np.pad(frames, odd, mode="edge")
-    # The index can be moved to the front only in a file that is read back.
-    with Scratch() as scratch:
-        path = scratch.path / "clip.mp4"
-        options = {"movflags": "+faststart", "fflags": "+bitexact"}
-        with av.open(str(path), "w", format="mp4", options=options) as container:
-            scrubbing = {"g": str(framerate)}  # a key frame each second keeps it smooth
-            stream = container.add_stream(
-                "libx264", rate=framerate, options=X264 | scrubbing
-            )
-            _, stream.height, stream.width, _ = frames.shape
-            stream.pix_fmt = "yuv420p"
-            codec = stream.codec_context
-            codec.thread_count = 1
-            codec.colorspace = codec.color_primaries = codec.color_trc = BT601
-            codec.color_range = ColorRange.MPEG
-            for picture in _pictures(frames):
-                container.mux(stream.encode(picture))
-            container.mux(stream.encode(None))
-        return path.read_bytes()
-
-
-def _pictures(frames: Frames) -> Iterator[av.VideoFrame]:
-    to_yuv = VideoReformatter()
-    for frame in frames:
-        yield to_yuv.reformat(
-            av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24"),
-            format="yuv420p",
-            src_color_range=ColorRange.JPEG,
-            dst_colorspace=Colorspace.ITU601,
-            dst_color_range=ColorRange.MPEG,
-        )
 
 
 def _clips_of(board: Board, sample: str) -> Iterator[tuple[str, Path]]:

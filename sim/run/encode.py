@@ -68,7 +68,7 @@ def encode_mp4(frames: Frames, framerate: int) -> bytes:
     ValueError
         If the array has another type or shape, or the frame rate is not positive.
     """
-    _check_frames(frames)
+    check_frames(frames)
     if framerate < 1:
         raise ValueError(f"framerate = {framerate}, must be at least 1 frame a second")
     _check_colors(frames)
@@ -190,13 +190,14 @@ def frames_sha256(frames: Frames) -> str:
     ValueError
         If the array has another type or shape.
     """
-    _check_frames(frames)
+    check_frames(frames)
     digest = hashlib.sha256(f"uint8 {frames.shape}\n".encode())
     digest.update(np.ascontiguousarray(frames).data)
     return digest.hexdigest()
 
 
-def _check_frames(frames: Frames) -> None:
+def check_frames(frames: Frames) -> None:
+    """Raise `ValueError` unless frames are uint8 (T, H, W, 3) and there are some."""
     if frames.dtype != np.uint8 or frames.ndim != 4 or frames.shape[-1] != 3:
         raise ValueError(
             f"frames are {frames.dtype} {frames.shape}, must be uint8 (T, H, W, 3)"
