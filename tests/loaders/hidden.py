@@ -3,10 +3,10 @@
 from functools import cache
 
 from mpmworlds.builder.plan.manifest import read_table, recorded_manifest
-from mpmworlds.builder.recipes.tables import first_tables
 from mpmworlds.sim.scene.fields import Part, parts_of, tag_of
 from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.sim.scene.scene import Scene
+from tests.tables import newest_tables
 
 STRIDE = 37  # of the rows of the full corpus that are looked at
 HIDDEN = {"no_materials": "material", "no_positions": "position"}
@@ -58,7 +58,7 @@ def another_material(thing, random):
     kinds = parts_of(type(thing).model_fields["physics_properties"].annotation)
     kind = kinds[random.integers(len(kinds))]
     (name,) = kind.model_fields["constitutive_model"].annotation.__args__
-    return kind(constitutive_model=name, **first_tables().typical[name])
+    return kind(constitutive_model=name, **newest_tables().typical[name])
 
 
 def numbers_of(part, tags):

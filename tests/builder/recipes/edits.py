@@ -8,7 +8,6 @@ from hypothesis import reject, settings
 from hypothesis import strategies as st
 
 from mpmworlds.builder.recipes.objects import NoRoomError
-from mpmworlds.builder.recipes.tables import first_tables
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.scene.scene import Scene
 from tests.sim.scenes import (
@@ -23,9 +22,10 @@ from tests.sim.scenes import (
     ROCKER,
     scene_data,
 )
+from tests.tables import newest_tables
 
 SEEDS = load_seeds()
-TABLES = first_tables()
+TABLES = newest_tables()
 ZOO = [
     Scene.from_data(scene_data(*things))
     for things in (
