@@ -48,9 +48,12 @@ class Release(Arrow):  # type: ignore[misc]  # untyped library
     ) -> list[datasets.SplitGenerator]:
         path = index_path(self.config.name)
         root = str(self.base_path).rstrip("/")
-        for small in (RECORD, CHECKSUMS):  # with these, what was loaded loads offline
-            dl_manager.download(f"{root}/{small}")
-        place = dl_manager.download(f"{root}/{path}")
+        place = ""
+        for small in (RECORD, CHECKSUMS, path):  # with all, it loads offline, too
+            try:
+                place = dl_manager.download(f"{root}/{small}")
+            except FileNotFoundError:
+                raise ChecksumError(f"{root}/{small}: is missing; {_AGAIN}") from None
         with open(place, "rb") as stream:  # may be a URL
             index = Index(stream.read(), path)
         found = {

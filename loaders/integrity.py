@@ -57,9 +57,7 @@ def check_release(root: Path, names: Iterable[str] | None = None) -> None:
             problems.append(f"{path}: is missing, SHA256SUMS names it")
     if problems:
         more = f" (and {len(problems) - 1} more files)" if problems[1:] else ""
-        raise ChecksumError(
-            f"{problems[0]}{more}: the release is damaged; fetch or build it again"
-        )
+        raise ChecksumError(f"{problems[0]}{more}: fetch or build the release again")
     if checked != known:
         _write_record(record, checked)
 

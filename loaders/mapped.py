@@ -5,7 +5,8 @@ from pathlib import Path
 import datasets
 from datasets.arrow_reader import ReadInstruction
 
-from mpmworlds.builder.release.layout import Record, index_path, read_record
+from mpmworlds.builder.release.layout import RECORD, Record, index_path, read_record
+from mpmworlds.files.checksums import CHECKSUMS, ChecksumError, read_checksums
 from mpmworlds.loaders.integrity import check_release
 from mpmworlds.loaders.missing import no_such_config
 
@@ -69,7 +70,15 @@ def chosen_config(record: Record, config: str | None, root: Path) -> str:
 def _whole_split(
     root: Path, record: Record, config: str, split: str
 ) -> datasets.Dataset:
-    files = [f.path for f in record.configs[config].files if f.split == split]
+    chosen = [file for file in record.configs[config].files if file.split == split]
+    files = [file.path for file in chosen]
+    sums = read_checksums(root)
+    for file in chosen:
+        if sums.get(file.path, file.sha256) != file.sha256:
+            raise ChecksumError(
+                f"{root / file.path}: {RECORD} and {CHECKSUMS} tell it by different "
+                "hashes; fetch or build the release again"
+            )
     check_release(root, [*files, index_path(config)])
     parts = [datasets.Dataset.from_file(str(root / path)) for path in files]
     return datasets.concatenate_datasets(parts)

@@ -23,6 +23,7 @@ from mpmworlds.files.checksums import CHECKSUMS
 from mpmworlds.loaders import locate, missing
 from mpmworlds.loaders.locate import NAME
 
+_CACHE: Final = ".cache.cache"  # module of what was loaded before
 BUILDER: Final = "mpmworlds.loaders.checked"
 
 
@@ -53,16 +54,18 @@ def module_of(
     if locate.is_release(Path(path)) and not chosen_files:
         return module_of_folder(Path(path))
     try:
-        return module_of_hub(original(path, *args, **kwargs))
+        found = original(path, *args, **kwargs)
+        if not bare or not found.module_path.endswith(_CACHE):
+            return module_of_hub(found)
+        reason = "it cannot be reached"
     except (ConnectionError, FileNotFoundError) as error:
         if not bare or kwargs.get("revision"):
             raise
-        snapshot = locate.snapshot()
-        if snapshot is None:
-            raise locate.ReleaseNotFoundError(
-                missing.no_release(str(error).partition("\n")[0])
-            ) from None
+        reason = str(error).partition("\n")[0]
+    # What `datasets` has in its cache may be of any folder of that name.
+    if snapshot := locate.snapshot():
         return module_of_folder(snapshot)
+    raise locate.ReleaseNotFoundError(missing.no_release(reason))
 
 
 def module_of_folder(root: Path) -> DatasetModule:
