@@ -8,13 +8,11 @@ from typing import Any, Literal, overload
 
 import datasets
 
-from mpmworlds.builder.release.layout import CARD, RECORD
-from mpmworlds.files.checksums import CHECKSUMS
 from mpmworlds.loaders.clips import CLIP, VIDEO, Clip, Stills, clip_of, sampled
 from mpmworlds.loaders.locate import (
     HUB_REPOSITORY,
     NAME,
-    ReleaseNotFoundError,
+    check_place,
     is_release,
     resolve,
 )
@@ -217,19 +215,10 @@ def _place_of(
 ) -> tuple[str, str | None]:
     """Folder or repository of a release, and the configuration that is named."""
     text = str(name_or_dir)
-    if is_release(Path(name_or_dir)):
-        return str(Path(name_or_dir)), config
-    folder = isinstance(name_or_dir, Path) or text.startswith((".", "/", "~"))
-    if folder or Path(name_or_dir).is_dir():
-        raise ReleaseNotFoundError(
-            f"{text}: is no release ({CARD}, {RECORD}, {CHECKSUMS}, data); name the "
-            f"folder of one, or build one: mpmworlds build --config tiny --out {text}"
-        )
-    if "/" in text:
-        if text.count("/") > 1:
-            raise ReleaseNotFoundError(
-                f"{text}: there is no such folder, and a repository is OWNER/NAME"
-            )
+    if isinstance(name_or_dir, Path) and not is_release(name_or_dir):
+        text = str(name_or_dir.absolute())
+    check_place(text)
+    if "/" in text or is_release(Path(text)):
         return text, config
     if config is not None:
         raise ValueError(

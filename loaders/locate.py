@@ -48,6 +48,20 @@ def resolve() -> str:
     return HUB_REPOSITORY
 
 
+def check_place(text: str) -> None:
+    """Raise `ReleaseNotFoundError` unless this is a release or may be a repository."""
+    folder = text.startswith((".", "/", "~")) or Path(text).is_dir()
+    if folder and not is_release(Path(text)):
+        raise ReleaseNotFoundError(
+            f"{text}: is no release ({CARD}, {RECORD}, {CHECKSUMS}, data); name the "
+            f"folder of one, or build one: mpmworlds build --config tiny --out {text}"
+        )
+    if not folder and text.count("/") > 1:
+        raise ReleaseNotFoundError(
+            f"{text}: there is no such folder, and a repository is OWNER/NAME"
+        )
+
+
 def snapshot() -> Path | None:
     """What was downloaded of the repository on the Hub before, in its newest version.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import datasets
+import httpx2
 import pyarrow as pa
 from datasets.table import InMemoryTable
 
@@ -24,7 +25,7 @@ from mpmworlds.builder.release.layout import (
 )
 from mpmworlds.files.checksums import ChecksumError
 from mpmworlds.loaders.checked import check_batch
-from mpmworlds.loaders.locate import ReleaseNotFoundError, is_release
+from mpmworlds.loaders.locate import ReleaseNotFoundError, check_place, is_release
 from mpmworlds.loaders.missing import no_such_config
 
 
@@ -64,6 +65,7 @@ def rows_of(
     """
     if not ids or len(set(ids)) != len(ids):
         raise ValueError(f"ids = {list(ids)}, must be some, each of them once")
+    check_place(place)
     files = _Files(place, revision)
     record = parse_record(files.read(RECORD), RECORD)
     index = _having(files, record, ids, config)
@@ -131,6 +133,11 @@ class _Files:
             with self._opened(where) as stream:
                 stream.seek(offset)
                 return bytes(stream.read(-1 if size is None else size))
+        except httpx2.TransportError as error:
+            raise ConnectionError(
+                f"{self.place}: the Hub cannot be reached ({error}); try again, or "
+                "name the folder of a release"
+            ) from None
         except FileNotFoundError as error:
             if path == RECORD:
                 raise ReleaseNotFoundError(

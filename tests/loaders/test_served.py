@@ -301,7 +301,7 @@ def test_what_was_loaded_from_the_hub_loads_without_it(python, served, tmp_path)
 
 
 def test_single_samples_come_by_ranges(python, served, tmp_path):
-    hub, repository = served
+    hub, _ = served
     hub.sent.clear()
     found = python(
         """

@@ -28,6 +28,8 @@ more examples:
       --predictor-option checkpoint=a.pt --regime no_materials
   videos, programs or scenes that were made elsewhere, named by their samples:
     mpmworlds evaluate --predictions folder --config mini --split test
+  the samples to evaluate on, of a release with the configuration `evaluation`:
+    mpmworlds evaluate --predictor copy_last --config evaluation --split test
   a predictor that looks up training samples:
     mpmworlds evaluate --predictor nearest_video \\
       --predictor-option config=mini --config mini --split test
@@ -71,7 +73,11 @@ def add_evaluate(verbs: Any) -> None:
     parser.add_argument("--out", type=Path, help="default: work/results/NAME-REGIME")
     parser.add_argument("--limit", type=int, help="evaluate only so many samples")
     parser.add_argument(
-        "--ids", type=Path, help="evaluate only the samples of a list, an id a line"
+        "--list",
+        "--ids",
+        metavar="NAME",
+        help="evaluate only the samples of a list: one of the release, such as "
+        "mini_test, or a file with an id a line",
     )
     parser.add_argument(
         "--all-candidates",
@@ -139,7 +145,7 @@ def evaluate(options: argparse.Namespace) -> int:
         options.limit,
         regime=options.regime,
         options=made_with,
-        ids=_ids(options.ids),
+        ids=_ids(options.list, options.release),
         how=How(selection, not options.unsafe_no_sandbox, options.keep_clips),
         retries=options.retry_failed,
         workers=options.workers,
@@ -168,9 +174,17 @@ def _options(given: Sequence[str]) -> Mapping[str, Any]:
     return found
 
 
-def _ids(path: Path | None) -> list[str] | None:
-    if path is None:
+def _ids(named: str | None, release: Path) -> list[str] | None:
+    if named is None:
         return None
+    of_release = release / "splits" / f"{named}.txt"
+    path = of_release if of_release.is_file() else Path(named)
+    if not path.is_file():
+        there = sorted(found.stem for found in of_release.parent.glob("*.txt"))
+        raise ValueError(
+            f"--list {named}: is no file and no list of {release}; its lists are "
+            f"{', '.join(there)}"
+        )
     names = [line.strip() for line in path.read_text("utf-8").splitlines()]
     found = [name for name in names if name and not name.startswith("#")]
     if not found:
