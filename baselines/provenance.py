@@ -12,7 +12,8 @@ from types import MappingProxyType
 from typing import Any, Final, Self
 
 from mpmworlds.baselines.protocol import AnyPredictor, Oracle
-from mpmworlds.files.checksums import sha256_of_file
+from mpmworlds.builder.release.layout import read_record
+from mpmworlds.loaders.mapped import chosen_config
 from mpmworlds.loaders.regimes import DEFAULT
 from mpmworlds.metrics import VERSION, definition
 
@@ -43,7 +44,7 @@ class Provenance:
     knows_answers: bool
     """Whether it is an oracle: what it scores is no prediction."""
     release_sha256: str
-    """Digest of the release's list of checksums, which names every file of it."""
+    """Digest of the content of the configuration; others of the release may change."""
     metrics_version: str
     """Version of the metric definitions."""
     constants_sha256: str
@@ -68,7 +69,7 @@ class Provenance:
         Parameters
         ----------
         release
-            Folder of the release, with its SHA256SUMS.
+            Folder of the release.
         predictor
             What predicts. If it has a mapping ``configuration``, that is part of what
             it is: digests of weights, versions of prompts.
@@ -80,7 +81,7 @@ class Provenance:
         Raises
         ------
         FileNotFoundError
-            If the release has no list of its files.
+            If there is no release.
         """
         told = dict(options) | dict(getattr(predictor, "configuration", NO_OPTIONS))
         kind = type(predictor)
@@ -93,7 +94,7 @@ class Provenance:
             regime=regime,
             selection=selection,
             knows_answers=isinstance(predictor, Oracle),
-            release_sha256=release_sha256(release),
+            release_sha256=release_sha256(release, config),
             metrics_version=VERSION,
             constants_sha256=constants_sha256(),
             versions=_versions(),
@@ -132,12 +133,15 @@ def constants_sha256() -> str:
     return _digest(definition())
 
 
-def release_sha256(release: Path) -> str:
-    """Digest of the list of checksums of a release; raises `FileNotFoundError`."""
-    path = release / "SHA256SUMS"
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"{path}: missing, a release must list its files there; build the release "
-            "again or name the folder that holds it"
-        )
-    return sha256_of_file(path)
+def release_sha256(release: Path, config: str) -> str:
+    """Digest of the content of a configuration of a release.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no release.
+    ValueError
+        If it has no such configuration.
+    """
+    record = read_record(release)
+    return record.digest(chosen_config(record, config, release))

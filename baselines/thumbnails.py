@@ -50,7 +50,7 @@ class Thumbnails:
     @classmethod
     def of(cls, release: Path, config: str, split: str) -> Self:
         """Make them, or read them from the cache if they have been made."""
-        where = [VERSION, release_sha256(release), config, split]
+        where = [VERSION, release_sha256(release, config), config, split]
         name = hashlib.sha256("\0".join(where).encode()).hexdigest()
         home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
         path = Path(home).expanduser() / "mpmworlds" / f"thumbnails-{name[:16]}.npy"

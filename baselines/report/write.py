@@ -40,6 +40,7 @@ from mpmworlds.baselines.report.tables import (
 from mpmworlds.baselines.system import ComparisonError, System
 from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.load import Examples, load
+from mpmworlds.loaders.locate import is_release
 from mpmworlds.metrics.reduction import reduced_framerate
 
 SCHEMA: Final = "mpmworlds-report/1"
@@ -125,18 +126,19 @@ def _examples(
     release: Path, systems: Sequence[System]
 ) -> dict[tuple[str, str], Examples]:
     """The splits that results are of, as the release has them."""
-    path = release / "SHA256SUMS"
-    if not path.is_file():
+    if not is_release(release):
         raise ComparisonError(
-            f"{release}: is no release, it has no SHA256SUMS; name the folder that "
-            "`mpmworlds build --out` has written"
+            f"{release}: is no release; name the folder that `mpmworlds build --out` "
+            "has written"
         )
-    digest = release_sha256(release)
     for system in systems:
-        if system.provenance.release_sha256 != digest:
+        origin = system.provenance
+        digest = release_sha256(release, origin.config)
+        if origin.release_sha256 != digest:
             raise ComparisonError(
-                f"{system.folder}: of release {system.provenance.release_sha256[:12]}, "
-                f"but {release} is {digest[:12]}; name the release of the results"
+                f"{system.folder}: of {origin.config} {origin.release_sha256[:12]}, "
+                f"but that of {release} is {digest[:12]}; name the release of the "
+                "results"
             )
     keys = {(s.provenance.config, s.provenance.split) for s in systems}
     return {

@@ -1,6 +1,5 @@
 """The loop on a release as it lies on a disk: shards, videos, checksums, programs."""
 
-import hashlib
 import json
 from dataclasses import replace
 
@@ -11,6 +10,7 @@ from mpmworlds.baselines.evaluate import evaluate
 from mpmworlds.baselines.results import ResultsError, read_results
 from mpmworlds.builder.plan.manifest import ManifestRow, text_sha256, write_manifest
 from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.layout import read_record
 from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import ChecksumError
@@ -110,7 +110,7 @@ def test_copying_beats_nothing_and_loses_to_the_oracle(release, tmp_path):
 
 def test_summary_says_what_was_evaluated(release, tmp_path):
     summary = run(release, "copy_last", tmp_path)
-    digest = hashlib.sha256((release / "SHA256SUMS").read_bytes()).hexdigest()
+    digest = read_record(release).digest("tiny")
     assert summary["provenance"]["release_sha256"] == digest
     assert summary["samples"] == 3
     assert summary["continuation"]["mse"]["valid"]["families"] == 2

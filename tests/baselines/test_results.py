@@ -15,6 +15,8 @@ from mpmworlds.baselines.results import (
     read_results,
 )
 from mpmworlds.baselines.simple.copy_last import CopyLast
+from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.metrics import SCORED
 
 
@@ -145,15 +147,17 @@ def test_file_is_written_by_one_process_at_a_time(path, provenance):
         assert file.get("p0001")
 
 
-def test_provenance_follows_the_checksums_of_the_release(tmp_path, provenance):
-    release = tmp_path / "release"
-    again = Provenance.of(release, CopyLast(), "tiny", "test")
-    assert again == provenance
-    (release / "SHA256SUMS").write_text("1  README.md\n")
-    changed = Provenance.of(release, CopyLast(), "tiny", "test")
-    assert changed.release_sha256 != provenance.release_sha256
+def test_provenance_follows_the_content_of_the_configuration(corpus, tmp_path):
+    def build(configs):
+        planned = Corpus(corpus.manifest, configs)
+        build_release([planned], corpus.store, tmp_path / "release", version="1.0.0")
+        return Provenance.of(tmp_path / "release", CopyLast(), "tiny", "test")
+
+    before = build({"tiny": None})
+    assert build({"mini": ["p0000"]}) == before
+    assert build({"tiny": ["p0002"]}).release_sha256 != before.release_sha256
 
 
 def test_release_without_checksums_is_an_error(tmp_path):
-    with pytest.raises(FileNotFoundError, match="SHA256SUMS: missing"):
+    with pytest.raises(FileNotFoundError, match=r"release\.json: is not there"):
         Provenance.of(tmp_path, CopyLast(), "tiny", "test")

@@ -13,8 +13,7 @@ def add_publish(verbs: Any) -> None:
         verbs,
         publish,
         "upload a release to the Hugging Face Hub, check it there, and tag it",
-        "HF_TOKEN=... mpmworlds publish release/mpmworlds --repo-id me/mpmworlds "
-        "--dry-run",
+        "mpmworlds publish release/mpmworlds --repo-id me/mpmworlds --dry-run",
     )
     parser.add_argument("release", type=Path, help="folder of the release")
     parser.add_argument(

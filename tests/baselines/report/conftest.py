@@ -1,12 +1,12 @@
 """Results of three made-up systems on four samples, and the report of them."""
 
-import hashlib
 from dataclasses import replace
 
 import pytest
 
 from mpmworlds.baselines.report.write import write_report
 from mpmworlds.baselines.results import PASSED_OVER
+from mpmworlds.builder.release.layout import read_record
 from mpmworlds.sim.run.encode import encode_unchecked
 from tests.baselines.made_results import curves_of, result, write
 
@@ -72,7 +72,7 @@ def report(folders, tmp_path_factory):
 def clip_folders(release, corpus, tmp_path_factory):
     """Folders of two systems on the release of the tests, one with clips. Read-only."""
     root = tmp_path_factory.mktemp("clips")
-    digest = hashlib.sha256((release / "SHA256SUMS").read_bytes()).hexdigest()
+    digest = read_record(release).digest("tiny")
     of = {"release_sha256": digest}
     samples = ("p0002", "p0002-n00")
     folders = []
