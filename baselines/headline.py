@@ -27,9 +27,7 @@ def headline(summary: Mapping[str, Any]) -> dict[str, float]:
         If nothing was evaluated.
     """
     if not summary["candidates"]:
-        raise ValueError(
-            "summary of no candidates: has no numbers; evaluate some"
-        )
+        raise ValueError("summary of no candidates: has no numbers; evaluate some")
     means = {
         name: summary["continuation"][name]["failures_at_worst"]["mean"]
         for name in METRICS
