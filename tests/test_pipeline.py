@@ -4,11 +4,9 @@ DVC runs on a copy of the files of this checkout, in its state of now.
 """
 
 import json
-import os
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,6 +15,7 @@ import yaml
 from mpmworlds.builder.plan.manifest import read_manifest
 from mpmworlds.builder.plan.profile import NOT_PLANNED
 from mpmworlds.cli import main
+from tests.checkout import Checkout
 from tests.small import PARAMS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -27,61 +26,9 @@ STAGES = ["plan@tiny", "split@tiny", "materialise", "build", "evaluate"]  # of t
 FULL = ["plan@full", "measure-full", "split@full", "audit-full", "statistics-full"]
 
 
-class Checkout:
-    """A copy of the repository and of nothing that was generated in it."""
-
-    def __init__(self, folder):
-        self.folder = folder / "checkout"
-        self.home = folder / "home"
-        listed = ["git", "ls-files", "-co", "--exclude-standard", "-z"]
-        done = subprocess.run(listed, cwd=ROOT, capture_output=True, check=True)
-        for name in sorted(done.stdout.decode().split("\0")[:-1]):
-            if os.path.lexists(ROOT / name):
-                (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(ROOT / name, self.folder / name, follow_symlinks=False)
-        subprocess.run(["git", "init", "-q"], cwd=self.folder, check=True)
-
-    def dvc(self, *arguments):
-        """Run dvc where `python` and `mpmworlds` are those of the copy."""
-        environment = os.environ | {
-            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-            "PYTHONPATH": str(self.folder / "src"),
-            "PYTHONDONTWRITEBYTECODE": "",  # a user's Python leaves byte code
-            "XDG_CACHE_HOME": str(self.home / "cache"),
-            "DVC_SITE_CACHE_DIR": str(self.home / "site"),
-            "DVC_GLOBAL_CONFIG_DIR": str(self.home / "global"),
-            "DVC_SYSTEM_CONFIG_DIR": str(self.home / "system"),
-        }
-        done = subprocess.run(
-            [sys.executable, "-m", "dvc", *arguments],
-            cwd=self.folder,
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=300,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
-    def repro(self):
-        """Return the stages that ran, of those that the tiny results need."""
-        out = self.dvc("repro", "split@tiny", "evaluate")
-        return re.findall(r"^Running stage '([\w@]+)'", out, re.MULTILINE)
-
-    def set(self, old, new):
-        """Change one place of params.yaml."""
-        path = self.folder / "params.yaml"
-        text = path.read_text()
-        assert text.count(old) == 1
-        path.write_text(text.replace(old, new))
-
-    def read(self, name):
-        return (self.folder / name).read_bytes()
-
-
 @pytest.fixture
 def checkout(tmp_path):
-    return Checkout(tmp_path)
+    return Checkout.of_now(tmp_path)
 
 
 def stages_of(text):
@@ -120,7 +67,7 @@ def out_of_step(status, absent):
 def test_lock_is_in_step_with_sources_parameters_and_commands(checkout):
     stages = stages_of(checkout.read("dvc.yaml"))
     locked = yaml.safe_load(checkout.read("dvc.lock"))["stages"]
-    assert set(stages) == set(locked) == {*FULL, *STAGES}
+    assert set(stages) == set(locked) == {"sources", *FULL, *STAGES}
     outs = {out for stage in stages.values() for out in outs_of(stage)}
     absent = {out for out in outs if not (checkout.folder / out).exists()}
     status = json.loads(checkout.dvc("status", "--json"))
@@ -180,6 +127,13 @@ def test_change_reruns_the_stages_that_it_touches_and_no_other(checkout, small):
     shutil.copytree(small.store, checkout.folder / "work/store")  # rendered already
     assert checkout.repro() == STAGES
     assert list((checkout.folder / "metrics").glob("__pycache__/*.pyc"))
+    assert checkout.repro() == []
+
+    # A comment is no code, and a note even less.
+    with (checkout.folder / "sim/run/encode.py").open("a") as stream:
+        stream.write("# a comment\n")
+    (checkout.folder / "sim/notes.md").write_text("a note\n")
+    assert checkout.repro() == ["sources"]
     assert checkout.repro() == []
 
     # One row in each file before and after: the release is the same, so the scores are.

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from mpmworlds.builder.plan.sources import code_of, sources_text
+from mpmworlds.builder.sources import code_of, sources_text
 
 SOURCE = '''"""Doc."""
 A = "# no comment"  # a comment
