@@ -5,7 +5,9 @@ import pytest
 
 from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.simple.copy_last import CopyLast
+from mpmworlds.builder.release.layout import RECORD
 from mpmworlds.loaders.load import Example
+from tests.baselines.made_results import made_record
 
 ROW = {
     "family_id": "p0001",
@@ -51,5 +53,5 @@ def make_example():
 def provenance(tmp_path):
     release = tmp_path / "release"
     release.mkdir()
-    (release / "SHA256SUMS").write_text("0  README.md\n")
+    (release / RECORD).write_text(made_record("tiny").text())
     return Provenance.of(release, CopyLast(), "tiny", "test")

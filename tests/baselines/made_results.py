@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.results import Result, ResultsFile
+from mpmworlds.builder.release.layout import ConfigRecord, Record
 from mpmworlds.metrics import SCORED, VERSION, definition
 
 PROVENANCE = Provenance(
@@ -93,3 +94,15 @@ def summarise(folder, samples, expected=None, troubles=None):
         "troubles": troubles or {},
     }
     (folder / "summary.json").write_text(json.dumps(summary))
+
+
+def made_record(config):
+    """Record of a release that has one configuration, without rows."""
+    made = ConfigRecord(corpus="full", key="0", files=[])
+    return Record(
+        version="1.0.0",
+        renderer="none",
+        default=config,
+        corpora={"full": "0"},
+        configs={config: made},
+    )

@@ -136,7 +136,7 @@ def test_other_predictor_does_not_mix_into_the_folder(release, tmp_path):
     ("arguments", "message"),
     [
         ({"predictor": "nobody"}, "'nobody': unknown"),
-        ({"config": "huge"}, "huge/test"),
+        ({"config": "huge"}, "has no configuration 'huge'"),
         ({"limit": 0}, "limit = 0, must be at least 1"),
     ],
 )

@@ -129,9 +129,9 @@ def test_results_of_another_split_than_the_release_has(first):
 
 def test_other_release_than_the_results_are_of(command, first, release, tmp_path):
     line = refused(command, tmp_path, first, "--release", release)
-    assert f"but {release} is" in line
+    assert f"but that of {release} is" in line
     line = refused(command, tmp_path, first, "--release", tmp_path)
-    assert f"{tmp_path}: is no release, it has no SHA256SUMS" in line
+    assert f"{tmp_path}: is no release; name the folder that" in line
 
 
 def test_candidate_that_was_passed_over_but_is_chosen(tmp_path):
