@@ -15,6 +15,7 @@ import numpy as np
 
 from mpmworlds.sim.run.encode import CODEC, decode_mp4, encode_mp4
 from mpmworlds.sim.run.run import LEAST_MEMORY, SandboxError, run
+from mpmworlds.sim.run.torchcodec import judge_torchcodec
 from mpmworlds.sim.scene.palette import PALETTE, rgb
 
 PROGRAM: Final = """\
@@ -127,6 +128,18 @@ def _renderer() -> Iterator[Check]:
         exact,
         True,
         _if(exact, "no release can be read or built; install the pinned av and OpenCV"),
+    )
+    decodes, told = judge_torchcodec(video)
+    yield Check(
+        "torchcodec",
+        told,
+        decodes,
+        False,
+        _if(
+            decodes,
+            "datasets.Video() decodes nothing, or not exactly; mpmworlds.load, OpenCV "
+            "and PyAV decode exactly (with torch on a GPU, decode on the CPU)",
+        ),
     )
     preview = _writes_previews()
     yield Check(
