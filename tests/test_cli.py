@@ -23,8 +23,8 @@ from mpmworlds.sim.scene.scale import rescale
 
 VERBS = (
     *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
-    *("propose", "stats", "audit", "verify", "export", "evaluate", "submission"),
-    *("report", "gate", "doctor"),
+    *("propose", "stats", "audit", "verify", "regenerate", "export", "evaluate"),
+    *("submission", "report", "gate", "doctor"),
 )
 
 

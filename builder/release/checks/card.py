@@ -75,8 +75,8 @@ def _info_findings(
         rows[file.split] += file.rows
         sizes[file.split] += file.num_bytes
     splits = info.get("splits")
-    said = {
-        split.get("name"): split
+    said: dict[str, dict[str, Any]] = {
+        str(split["name"]): split
         for split in (splits if isinstance(splits, list) else ())
         if isinstance(split, dict) and isinstance(split.get("name"), str)
     }
