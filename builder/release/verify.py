@@ -17,6 +17,7 @@ from mpmworlds.builder.release.checks.findings import RENDER, Finding, the_first
 from mpmworlds.builder.release.checks.indexes import index_findings
 from mpmworlds.builder.release.checks.known import (
     Known,
+    key_findings,
     known_corpora,
     known_recipe_findings,
 )
@@ -198,6 +199,10 @@ def _agreement(
     for name in record.configs:
         files = [report for report in reports if report.task.config == name]
         yield from index_findings(root, name, files)
+        corpus = known.get(record.configs[name].corpus)
+        if corpus is not None and name != RECIPES:  # they were compared as they are
+            ids = {sample for report in files for sample in report.ids}
+            yield from key_findings(record, name, ids, corpus)
 
 
 def _drawn(

@@ -41,11 +41,9 @@ def agreement_findings(
 ) -> Iterator[Finding]:
     """Compare files with the lists, with the recipes, and with each other."""
     main = record.configs[RECIPES].corpus if RECIPES in record.configs else ""
-    by_corpus: dict[str, list[Report]] = {}
-    for report in reports:
-        corpus = record.configs[report.task.config].corpus
-        by_corpus.setdefault(corpus, []).append(report)
-    for corpus, members in by_corpus.items():
+    for corpus in sorted({config.corpus for config in record.configs.values()}):
+        configs = [c for c in record.configs if record.configs[c].corpus == corpus]
+        members = [report for report in reports if report.task.config in configs]
         folder = SPLIT_LISTS if corpus == main else f"{SPLIT_LISTS}/{corpus}"
         lists, findings = _lists(root, folder)
         yield from findings
@@ -53,7 +51,7 @@ def agreement_findings(
             yield from _known_list_findings(folder, lists, known[corpus])
         yield from _stray_findings(folder, lists, members, corpus == main)
         truth = _truth(members, known.get(corpus))
-        for config in dict.fromkeys(report.task.config for report in members):
+        for config in configs:
             files = [report for report in members if report.task.config == config]
             yield from the_first(_twice(files), f"data/{config}")
             for split in SPLITS:

@@ -1,7 +1,7 @@
 """What comes with this package: rows, lists and hashes of videos of its own corpora."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
@@ -14,8 +14,15 @@ from mpmworlds.builder.parameters import Parameters
 from mpmworlds.builder.plan.manifest import SCHEMA, recorded_manifest
 from mpmworlds.builder.release.checks.findings import FETCH, Finding
 from mpmworlds.builder.release.features import features_of
-from mpmworlds.builder.release.layout import RECIPES, Record
-from mpmworlds.builder.release.shards import Corpus, corpus_key
+from mpmworlds.builder.release.layout import RECIPES, RECORD, Record
+from mpmworlds.builder.release.shards import (
+    Corpus,
+    ReleaseError,
+    corpus_key,
+    plan_key,
+    plan_shards,
+)
+from mpmworlds.builder.render.store import renderer
 from mpmworlds.splits.recorded_lists import RECORDED, read_lists
 
 _OTHER = f"it is not as this version of mpmworlds has recorded it; {FETCH}"
@@ -31,10 +38,13 @@ class Known:
         Its name.
     rows
         All its rows, with what was measured.
+    rows_per_shard
+        Most rows in a file of a rendered configuration.
     """
 
     name: str
     rows: pa.Table
+    rows_per_shard: int
 
     @cached_property
     def lists(self) -> Mapping[str, list[str]]:
@@ -63,7 +73,7 @@ def known_corpora(record: Record) -> dict[str, Known]:
                 continue
             rows = Corpus(path, measured=params.measured_of(name)).rows()
             if corpus_key(rows) == digest:
-                found[name] = Known(name, rows)
+                found[name] = Known(name, rows, params.rows_per_shard(name))
     return found
 
 
@@ -90,6 +100,24 @@ def known_recipe_findings(
             continue  # found already: the file cannot be read
         if found.schema == schema and not found.equals(wanted):
             yield from _row_findings(file.path, found, wanted)
+
+
+def key_findings(
+    record: Record, config: str, ids: Collection[str], known: Known
+) -> Iterator[Finding]:
+    """Work out the key by which a build knows what is there already."""
+    if record.renderer != renderer():
+        return  # the keys of another one are others
+    try:
+        plan = plan_shards(known.rows, {config: ids}, known.rows_per_shard)
+    except ReleaseError:
+        return  # ids that are not of the corpus were found already
+    if plan_key(plan) != record.configs[config].key:
+        yield Finding(
+            RECORD,
+            f"the key of {config} is not that of its rows",
+            f"build {config} again",
+        )
 
 
 def _row_findings(path: str, found: pa.Table, wanted: pa.Table) -> Iterator[Finding]:

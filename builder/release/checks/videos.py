@@ -21,8 +21,8 @@ from mpmworlds.metrics.reduction import (
 from mpmworlds.sim.run.encode import decode_mp4, frames_sha256, undecodable
 from mpmworlds.sim.run.pick import decode_picked
 
-# Mean absolute difference of a preview and its clip, of 255, at each frame. Those of
-# the samples in `mini` have at most 2.2: colours of thin outlines are lost.
+# Mean absolute difference of a frame of a preview and that of its clip, of 255. The
+# worst frame of a sample had 0.8 (median), and 2.3 at most, among those of `mini`.
 MOST_APART: Final = 8.0
 
 _LARGEST: Final = 512  # pixels along a side of a preview

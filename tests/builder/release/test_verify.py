@@ -420,6 +420,14 @@ def test_rows_that_are_dropped_or_doubled_are_found(copy, change, fault, sums):
     assert any("p0001: " in line and fault in line for line in findings), findings
 
 
+def test_a_configuration_that_has_lost_all_files_is_found(copy):
+    for path in (copy / "data/full-clips").glob("t*.arrow"):
+        path.unlink()
+    edited(copy, lambda record: record["configs"]["full-clips"].update(files=[]))
+    findings = findings_of(copy)
+    assert found(findings, "data/full-clips: p0001: ", "is missing, the lists say")
+
+
 def swap(copy, one, other):
     first, second = (copy / one).read_bytes(), (copy / other).read_bytes()
     (copy / one).write_bytes(second)
@@ -818,19 +826,28 @@ def test_rows_of_the_manifest_and_of_the_recipes_are_the_same_fields(make_row):
 
 @pytest.fixture(scope="module")
 def package_recipes(tmp_path_factory):
-    """Folder of a release with the recipes of the package's corpus. Read-only."""
+    """Folder of a release of the package's corpus, with one wrong video. Read-only."""
     root = tmp_path_factory.mktemp("package")
-    params = Parameters.read()
+    params, store = Parameters.read(), Store(root / "store")
     rows = read_table(recorded_manifest("tiny"))
+    (row,) = (row for row in rows.to_pylist() if row["id"] == "s01")
+    scene = Scene.from_yaml(row["scene"])
+    side, count = scene.output.resolution, scene.simulation.duration_frames
+    frames = np.zeros((count, side, side, 3), np.uint8)
+    store.put(link(scene), frames, scene.output.framerate)
     planned = Corpus(
         recorded_manifest("tiny"),
-        {"none": []},
+        {"some": ["s01"]},
         name="tiny",
         lists=params.lists_of("tiny", rows["id"].to_pylist()),
+        rows_per_shard=params.rows_per_shard("tiny"),
     )
     out = root / "mpmworlds"
-    build_release([planned], Store(root / "store"), out, version=params.version)
+    build_release([planned], store, out, version=params.version)
     return out
+
+
+SOME = "data/some/train-00000-of-00001.arrow"
 
 
 @pytest.fixture
@@ -841,7 +858,23 @@ def package_copy(package_recipes, tmp_path):
 def test_recipes_of_the_package_are_compared_with_its_own(package_recipes):
     verified = verify_release(package_recipes, resimulate=0)
     assert verified.recorded == ("tiny",)
-    assert verified.findings == ()
+    (finding,) = map(str, verified.findings)
+    start = f"{SOME}: s01: frames_sha256 is not what this version of mpmworlds records"
+    assert finding.startswith(start)
+
+
+def test_a_key_that_is_not_that_of_the_rows_is_found(package_copy):
+    edited(package_copy, lambda record: record["configs"]["some"].update(key="0" * 64))
+    fault = "the key of some is not that of its rows; build some again"
+    assert found(findings_of(package_copy), "release.json", fault)
+
+
+def test_a_row_that_is_not_that_of_the_package_is_found(package_copy):
+    rewrite(package_copy, SOME, changed(motion=0.75))
+    fault = (
+        "its recipe (id to program_sha256) is not that of the corpus of this package"
+    )
+    assert found(findings_of(package_copy), f"{SOME}: s01", fault)
 
 
 @pytest.mark.parametrize(
