@@ -6,9 +6,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import yaml
+from datasets import Features
+from datasets.info import DatasetInfosDict
+from huggingface_hub import DatasetCardData
 
 from mpmworlds.builder.release.card import DESCRIPTION
 from mpmworlds.builder.release.checks.findings import FETCH, Finding
+from mpmworlds.builder.release.features import features_of
 from mpmworlds.builder.release.layout import CARD, Record
 from mpmworlds.files.text import read_text
 
@@ -69,6 +73,8 @@ def _by_name(entries: Any) -> dict[str, dict[str, Any]]:
 def _info_findings(
     name: str, info: dict[str, Any], record: Record
 ) -> Iterator[Finding]:
+    if _features(name, info) != features_of(name):
+        yield Finding(CARD, f"{name}: its features are not the columns of {name}")
     rows: Counter[str] = Counter()
     sizes: Counter[str] = Counter()
     for file in record.configs[name].files:
@@ -89,6 +95,16 @@ def _info_findings(
                     f"{name}/{split}: {key} is {here!r}, the record says "
                     f"{counted[split]}",
                 )
+
+
+def _features(name: str, info: dict[str, Any]) -> Features | None:
+    """Columns that the card tells; None if it tells none that can be understood."""
+    card = DatasetCardData(dataset_info=[info])
+    try:
+        found: DatasetInfosDict = DatasetInfosDict.from_dataset_card_data(card)
+    except (ValueError, TypeError, LookupError, AttributeError):
+        return None
+    return found[name].features if name in found else None
 
 
 def _config_findings(
