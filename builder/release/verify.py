@@ -123,8 +123,10 @@ def verify_release(
     """
     if resimulate < 0:
         raise ValueError(f"resimulate = {resimulate}, must be at least 0")
+    if workers < 0:
+        raise ValueError(f"workers = {workers}, must be >= 0 (0: one per core)")
     seed = secrets.token_hex(8) if seed is None else seed
-    found = look_at_files(root)
+    found = look_at_files(root, workers)
     findings = [*found.findings, *card_findings(root, found.record)]
     record = found.record
     if record is None:

@@ -1,6 +1,8 @@
 """Files of a release against SHA256SUMS and against its record."""
 
+import os
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,8 +40,15 @@ class Found:
     """What is wrong with the files."""
 
 
-def look_at_files(root: Path) -> Found:
+def look_at_files(root: Path, workers: int) -> Found:
     """Hash all files of a release and hold them to its checksums and its record.
+
+    Parameters
+    ----------
+    root
+        Folder of the release.
+    workers
+        Number of threads, 0 for one per core.
 
     Raises
     ------
@@ -53,11 +62,14 @@ def look_at_files(root: Path) -> Found:
         sums = {}
         findings.append(Finding(CHECKSUMS, _without(root, CHECKSUMS, error)))
     digests: dict[str, str] = {}
-    for name in files_below(root):
-        try:
-            digests[name] = sha256_of_file(root / name)
-        except OSError as error:
-            findings.append(Finding(name, f"cannot be read ({error.strerror})"))
+    names = files_below(root)
+    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+        hashes = [pool.submit(sha256_of_file, root / name) for name in names]
+        for name, digest in zip(names, hashes, strict=True):
+            try:
+                digests[name] = digest.result()
+            except OSError as error:
+                findings.append(Finding(name, f"cannot be read ({error.strerror})"))
     findings += _sum_findings(sums, digests)
     record = None
     try:
