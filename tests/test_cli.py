@@ -23,8 +23,8 @@ from mpmworlds.sim.scene.scale import rescale
 
 VERBS = (
     *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
-    *("propose", "stats", "audit", "verify", "fetch", "publish", "export"),
-    *("gallery", "play"),
+    *("propose", "stats", "audit", "verify", "regenerate", "fetch", "publish"),
+    *("export", "gallery", "play"),
     *("evaluate", "submission", "report", "gate", "doctor"),
 )
 

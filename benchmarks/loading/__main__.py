@@ -142,7 +142,7 @@ def verifying(release: Path) -> None:
     """The whole check without simulation, per megabyte of videos and clips."""
     size = sum(f.stat().st_size for f in (release / "data").rglob("*-*.arrow"))
     start = time.perf_counter()
-    found = verify_release(release, resimulate=0, workers=0)
+    found = verify_release(release, resimulate=0, workers=0).findings
     seconds = time.perf_counter() - start
     print(
         f"verify without simulation: {size / 1e6:.0f} MB, {seconds:.1f} s, "

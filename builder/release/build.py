@@ -7,7 +7,6 @@ places: until then a release that was there before stays as it was. Configuratio
 are not asked for stay byte for byte.
 """
 
-import hashlib
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -39,6 +38,7 @@ from mpmworlds.builder.release.shards import (
     PlannedShard,
     ReleaseError,
     corpus_key,
+    plan_key,
     plan_shards,
 )
 from mpmworlds.builder.release.writing import (
@@ -155,7 +155,7 @@ def build_release(
         if before and kept:
             _check_kept(out_dir, before, kept, keys, version)
         _prepare(out_dir)
-        asked = {config: _key(plan) for config, plan in plans.items()}
+        asked = {config: plan_key(plan) for config, plan in plans.items()}
         unchanged = {
             name: there[name]
             for name, key in asked.items()
@@ -200,12 +200,6 @@ def _plan(corpora: Sequence[Corpus], tables: Mapping[str, pa.Table]) -> Plans:
 def _in_order(names: Iterable[str]) -> list[str]:
     """Configurations as they came, that of all rows last."""
     return sorted(dict.fromkeys(names), key=lambda name: name == RECIPES)
-
-
-def _key(plan: Iterable[PlannedShard]) -> str:
-    """Hash of all that decides the bytes of a configuration."""
-    keys = "\n".join(f"{shard.path} {shard.key}" for shard in plan)
-    return hashlib.sha256(keys.encode()).hexdigest()
 
 
 def _records(

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -142,6 +142,12 @@ def plan_shards(
         most = RECIPES_PER_SHARD if config == RECIPES else rows_per_shard
         plan += _shards_of(config, chosen, most)
     return plan
+
+
+def plan_key(plan: Iterable[PlannedShard]) -> str:
+    """Hash of all that decides the bytes of a configuration."""
+    keys = "\n".join(f"{shard.path} {shard.key}" for shard in plan)
+    return hashlib.sha256(keys.encode()).hexdigest()
 
 
 def corpus_key(rows: pa.Table) -> str:

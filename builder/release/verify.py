@@ -1,32 +1,94 @@
-"""Check a release against itself and against the functions that it is a cache of."""
+"""Check a release against itself and against the functions that it is a cache of.
 
+Nothing of a release is believed or executed: programs are linked anew from the scenes,
+and what is simulated is what was linked here, in the sandbox.
+"""
+
+import secrets
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, NamedTuple
 
-from datasets.info import DatasetInfosDict
-from huggingface_hub import DatasetCard
-
-from mpmworlds.builder.release.layout import RECIPES
-from mpmworlds.builder.release.shard_check import ShardReport, ToSimulate, check_shard
-from mpmworlds.builder.render.executors import results_of
-from mpmworlds.files.checksums import (
-    CHECKSUMS,
-    ChecksumError,
-    files_below,
-    read_checksums,
-    sha256_of_file,
+from mpmworlds.builder.release.checks.agreement import agreement_findings
+from mpmworlds.builder.release.checks.card import card_findings
+from mpmworlds.builder.release.checks.files import look_at_files
+from mpmworlds.builder.release.checks.findings import RENDER, Finding, the_first
+from mpmworlds.builder.release.checks.indexes import index_findings
+from mpmworlds.builder.release.checks.known import (
+    Known,
+    key_findings,
+    known_corpora,
+    known_recipe_findings,
 )
+from mpmworlds.builder.release.checks.shard import Report, Task, check_shard
+from mpmworlds.builder.release.features import features_of
+from mpmworlds.builder.release.layout import RECIPES, Batch, Record
+from mpmworlds.builder.release.rows import read_row
+from mpmworlds.builder.release.tiers import bits_are_promised, tier_of
+from mpmworlds.builder.render.executors import results_of
 from mpmworlds.sim.program.link import link
-from mpmworlds.sim.run.encode import frames_sha256
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
-from mpmworlds.splits.assign import SPLITS
-from mpmworlds.splits.recorded_lists import SplitListError, read_lists
-
-_Task = tuple[Path, str, str, int]  # arguments of `check_shard`
+from mpmworlds.splits.uniform import uniform
 
 
-def verify_release(root: Path, resimulate: int = 1, workers: int = 1) -> list[str]:
+class Simulated(NamedTuple):
+    """What came of simulating a row again."""
+
+    path: str
+    """File of the row, inside the release."""
+    id: str
+    tier: Literal["exact", "tolerance", "neither"]
+    text: str
+    """In words."""
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What was found.
+
+    Attributes
+    ----------
+    findings
+        What is not as it must be; empty if all is well.
+    seed
+        With it, the same rows are drawn again.
+    simulated
+        Rows that were simulated again, and how equal their videos are.
+    recorded
+        Corpora whose rows were compared with those that come with the package; those of
+        the others were worked out from their scenes.
+    videos
+        Whether videos were decoded.
+    """
+
+    findings: tuple[Finding, ...]
+    seed: str
+    simulated: tuple[Simulated, ...]
+    recorded: tuple[str, ...]
+    videos: bool
+
+
+class _Again(NamedTuple):
+    """A row to simulate again."""
+
+    root: Path
+    path: str
+    config: str
+    id: str
+    batch: Batch
+    number: int
+
+
+def verify_release(
+    root: Path,
+    resimulate: int = 1,
+    workers: int = 1,
+    *,
+    seed: str | None = None,
+    videos: bool = True,
+) -> Verified:
     """Look for anything in a release that is not as it must be.
 
     Parameters
@@ -34,129 +96,152 @@ def verify_release(root: Path, resimulate: int = 1, workers: int = 1) -> list[st
     root
         Folder of the release.
     resimulate
-        How many samples to simulate again and compare bit by bit, of those without
-        findings. Which ones follows from the release, so that a check can be repeated.
+        How many rows to simulate again and compare bit by bit, of those without
+        findings.
     workers
         Number of processes, 0 for one per core.
+    seed
+        Draws the rows that are simulated again. Fresh randomness if None, so that
+        nobody who changes a release knows which ones they will be.
+    videos
+        Whether to decode videos. Without, their bytes are held to the checksums alone,
+        and nothing is simulated.
 
     Returns
     -------
-    list of str
-        One line per finding, naming the file or the row; empty if all is well.
+    Verified
+        The findings, and what was looked at.
 
     Raises
     ------
     FileNotFoundError
-        If the folder has no SHA256SUMS or README.md: it is no release.
+        If the folder has no SHA256SUMS: it is no release, or not finished.
     ValueError
         If `resimulate` is negative.
+    SandboxError
+        If rows are to be simulated again, and this machine cannot confine a program.
     """
     if resimulate < 0:
         raise ValueError(f"resimulate = {resimulate}, must be at least 0")
-    try:
-        sums = read_checksums(root)
-    except ChecksumError as error:
-        return [str(error)]
-    findings = list(_file_findings(root, sums))
-    reports = _check_shards(root, sums, resimulate, workers)
-    for report in reports:
-        findings += report.findings
-    findings += _count_findings(root, reports)
-    findings += _recipe_findings(root, reports)
-    findings += _list_findings(root, reports)
-    chosen = {c.id: c for report in reports for c in report.candidates}
-    for candidate in sorted(chosen.values(), key=lambda c: c.rank)[:resimulate]:
-        findings += _resimulation_findings(candidate)
-    return findings
-
-
-def _check_shards(
-    root: Path, sums: Mapping[str, str], resimulate: int, workers: int
-) -> list[ShardReport]:
-    salt = sums.get("README.md", "")
-    tasks = [
-        (root, name, salt, resimulate)
-        for name in sorted(sums)
-        if name.endswith(".arrow") and (root / name).is_file()
-    ]
-    return results_of(
-        _check_shard,
+    if workers < 0:
+        raise ValueError(f"workers = {workers}, must be >= 0 (0: one per core)")
+    seed = secrets.token_hex(8) if seed is None else seed
+    found = look_at_files(root, workers)
+    findings = [*found.findings, *card_findings(root, found.record)]
+    record = found.record
+    if record is None:
+        return Verified(tuple(findings), seed, (), (), videos)
+    known = known_corpora(record)
+    tasks = list(_tasks(root, record, found.digests, known, seed, videos))
+    reports = results_of(
+        check_shard,
         tasks,
-        lambda task: task[1],
+        lambda task: task.path,
         workers=workers,
         desc="verify",
         unit="shard",
     )
-
-
-def _check_shard(task: _Task) -> ShardReport:
-    return check_shard(*task)
-
-
-def _file_findings(root: Path, sums: Mapping[str, str]) -> Iterator[str]:
-    found = set(files_below(root))
-    for name in sorted(sums):
-        if name not in found:
-            yield f"{root / name}: is missing, {CHECKSUMS} names it"
-        elif sha256_of_file(root / name) != sums[name]:
-            yield f"{root / name}: its sha256 is not the one in {CHECKSUMS}"
-    for name in sorted(found - set(sums)):
-        yield f"{root / name}: {CHECKSUMS} does not name it"
-
-
-def _count_findings(root: Path, reports: Sequence[ShardReport]) -> Iterator[str]:
-    card = DatasetCard.load(root / "README.md")
-    infos = DatasetInfosDict.from_dataset_card_data(card.data)
-    for config in sorted({*infos, *(report.config for report in reports)}):
-        splits = infos[config].splits if config in infos else {}
-        for split in SPLITS:
-            said = splits[split].num_examples if split in splits else 0
-            ids = _ids(reports, config, split)
-            if said != len(ids):
-                yield f"{root}: {config}/{split} has {len(ids)} rows, the card: {said}"
-            if len(set(ids)) != len(ids):
-                yield f"{root}: {config}/{split} has an id more than once"
-
-
-def _ids(reports: Sequence[ShardReport], config: str, split: str) -> list[str]:
-    place = (config, split)
-    return [i for r in reports if (r.config, r.split) == place for i in r.ids]
-
-
-def _recipe_findings(root: Path, reports: Sequence[ShardReport]) -> Iterator[str]:
-    """Compare what rows of different configurations say of the same sample."""
-    recipes: dict[str, str] = {}
     for report in reports:
-        if report.config == RECIPES:
-            recipes |= report.recipes
-    for report in reports:
-        for sample_id, recipe in report.recipes.items():
-            if recipes.get(sample_id) != recipe:
-                yield f"{root}: {sample_id} of {report.config} is not as in {RECIPES}"
+        findings += report.findings
+    findings += _agreement(root, record, reports, known)
+    simulated: list[Simulated] = []
+    if videos and resimulate:
+        drawn = _drawn(root, record, reports, findings, seed)[:resimulate]
+        simulated = results_of(
+            _simulate,
+            drawn,
+            lambda task: f"{task.path} {task.id}",
+            workers=workers,
+            desc="simulate",
+            unit="row",
+        )
+        is_exact = bits_are_promised(record.renderer)
+        findings += _tier_findings(simulated, is_exact)
+    return Verified(
+        tuple(findings), seed, tuple(simulated), tuple(sorted(known)), videos
+    )
 
 
-def _list_findings(root: Path, reports: Sequence[ShardReport]) -> Iterator[str]:
-    try:
-        lists = read_lists(root / "splits")
-    except (SplitListError, FileNotFoundError) as error:
-        yield str(error)
-        return
-    for split in SPLITS:
-        listed, rows = set(lists.get(split, ())), set(_ids(reports, RECIPES, split))
-        for sample_id in sorted(listed ^ rows):
-            place = f"splits/{split}.txt" if sample_id in listed else "the rows"
-            yield f"{root}: {sample_id} of {split} is only in {place}"
-    known = {i for split in SPLITS for i in _ids(reports, RECIPES, split)}
-    for name in sorted(lists.keys() - set(SPLITS)):
-        for sample_id in sorted(set(lists[name]) - known):
-            yield f"{root}: {sample_id} of splits/{name}.txt is not in the rows"
+def _tasks(
+    root: Path,
+    record: Record,
+    there: Mapping[str, str],
+    known: Mapping[str, Known],
+    seed: str,
+    videos: bool,
+) -> Iterator[Task]:
+    seen = set()
+    for name, config in record.configs.items():
+        for file in config.files:
+            if file.path not in there or file.path in seen:
+                continue  # found already
+            seen.add(file.path)
+            is_known = name == RECIPES and config.corpus in known
+            yield Task(
+                root,
+                record,
+                name,
+                file.split,
+                file.path,
+                file.rows,
+                seed,
+                videos,
+                is_known,
+            )
 
 
-def _resimulation_findings(candidate: ToSimulate) -> Iterator[str]:
-    program = link(Scene.from_yaml(candidate.scene, candidate.id))
-    outcome = run(program, trusted=True)  # no text of the release: it was linked here
-    start = f"{candidate.id}: simulated again"
+def _agreement(
+    root: Path, record: Record, reports: Sequence[Report], known: Mapping[str, Known]
+) -> Iterator[Finding]:
+    recipes = record.configs.get(RECIPES)
+    if recipes is not None and recipes.corpus in known:
+        found = known_recipe_findings(root, record, known[recipes.corpus])
+        yield from the_first(found, f"data/{RECIPES}")
+    yield from agreement_findings(root, record, reports, known)
+    for name in record.configs:
+        files = [report for report in reports if report.task.config == name]
+        yield from index_findings(root, name, files)
+        corpus = known.get(record.configs[name].corpus)
+        if corpus is not None and name != RECIPES:  # they were compared as they are
+            ids = {sample for report in files for sample in report.ids}
+            yield from key_findings(record, name, ids, corpus)
+
+
+def _drawn(
+    root: Path,
+    record: Record,
+    reports: Sequence[Report],
+    findings: Sequence[Finding],
+    seed: str,
+) -> list[_Again]:
+    """Rows without findings, in files without findings, in the order of a draw."""
+    suspects = {finding.row for finding in findings}
+    files = {finding.file for finding in findings if not finding.row}
+    rows = {
+        (record.configs[report.task.config].corpus, name): _Again(
+            root, report.task.path, report.task.config, name, batch, number
+        )
+        for report in reports
+        if report.task.path not in files
+        for name, batch, number in report.good
+        if name not in suspects
+    }
+    order = sorted(rows, key=lambda key: uniform(seed, f"simulate {key[0]}", key[1]))
+    return [rows[key] for key in order]
+
+
+def _simulate(task: _Again) -> Simulated:
+    schema = features_of(task.config).arrow_schema
+    row = read_row(task.root / task.path, schema, task.batch, task.number)
+    outcome = run(link(Scene.from_yaml(row["scene"], task.id)))
     if outcome.status != "ok":
-        yield f"{start}: {outcome.status}: {outcome.message}"
-    elif frames_sha256(outcome.frames) != candidate.frames_sha256:
-        yield f"{start}, it gives other frames on this machine"
+        said = f"it ends in {outcome.status}: {outcome.message}"
+        return Simulated(task.path, task.id, "neither", said)
+    return Simulated(task.path, task.id, *tier_of(outcome.frames, row))
+
+
+def _tier_findings(simulated: Sequence[Simulated], is_exact: bool) -> Iterator[Finding]:
+    for found in simulated:
+        if found.tier == "neither" or (is_exact and found.tier != "exact"):
+            fault = f"simulated again, it gives another video here ({found.text})"
+            yield Finding(found.path, fault, RENDER, found.id)

@@ -6,8 +6,6 @@ standard output, progress and messages to standard error.
 """
 
 import argparse
-import os
-import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
@@ -27,8 +25,9 @@ from mpmworlds.cli import (
     report,
     scenes,
 )
-from mpmworlds.cli.common import DONE, WRONG_USE, say
+from mpmworlds.cli.common import WRONG_USE, say
 from mpmworlds.cli.endings import Ended, endings_raised
+from mpmworlds.cli.pipes import readers_may_leave
 
 INTERRUPTED = 130
 VERBS = (
@@ -44,6 +43,7 @@ VERBS = (
     inspect.add_stats,
     inspect.add_audit,
     release.add_verify,
+    release.add_regenerate,
     fetch.add_fetch,
     publish.add_publish,
     export.add_export,
@@ -60,13 +60,15 @@ VERBS = (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb; returns the exit status."""
     options = _parser().parse_args(arguments)
+    with readers_may_leave():
+        return _carried_out(options)
+
+
+def _carried_out(options: argparse.Namespace) -> int:
     verb: Callable[[argparse.Namespace], int] = options.verb
     try:
         with endings_raised():
             return verb(options)
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
     except (OSError, ValueError, LookupError, RuntimeError) as error:
         say(f"mpmworlds {options.name}: {_text(error)}")
         return WRONG_USE

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.text import shown
 
 CHECKSUMS = "SHA256SUMS"
 _LINE = re.compile(r"([0-9a-f]{64})  (\S.*)", re.ASCII)
@@ -82,12 +83,13 @@ def read_checksums(root: Path) -> dict[str, str]:
             f"{path}: is not there; name a folder that was built or downloaded whole"
         )
     sums = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
+    # What is no UTF-8 is in no line of ours.
+    for line in path.read_text("utf-8", "backslashreplace").splitlines():
         match = _LINE.fullmatch(line)
         if match is None:
             raise ChecksumError(
-                f"{path}: unreadable line {line!r}, must be '<sha256>  <path>'; fetch "
-                "or build the release again"
+                f"{path}: unreadable line '{shown(line, 100)}', must be "
+                "'<sha256>  <path>'; fetch or build the release again"
             )
         sums[match[2]] = match[1]
     return sums

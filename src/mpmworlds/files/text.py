@@ -1,4 +1,4 @@
-"""Text files of a user."""
+"""Texts of a user: files of them, and how to show them."""
 
 from pathlib import Path
 
@@ -9,3 +9,14 @@ def read_text(path: Path) -> str:
         return path.read_text("utf-8")
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: is not UTF-8 text ({error.reason})") from None
+
+
+def shown(text: str, longest: int) -> str:
+    """A text on one line, without what a terminal would obey, cut if it is long."""
+    start = text[:longest]  # a text may be huge
+    if not start.isprintable():
+        start = "".join(
+            c if c.isprintable() else c.encode("unicode_escape").decode() for c in start
+        )
+    whole = len(text) <= longest and len(start) <= longest
+    return start if whole else f"{start[: longest - 3]}..."

@@ -1,0 +1,1 @@
+"""What `mpmworlds verify` looks at: files, rows, values, videos, and how they agree."""
