@@ -32,6 +32,9 @@ PINNED = {
     "full.evaluation.parquet": (
         "617867c0d2bfa322e8bc6791e5673a5fb9e458435b6b369737374e7259ec59df"
     ),
+    "full.jsonl": (
+        "9732db56b4d8a6e0d8aa25ce1e32709f53d963f74f6b5ba483c63c6c4455f348"
+    ),
     "full.parquet": (
         "3dfc5ae6685164115d1cef33a3cba5f7e4a2666626d78a9de2a3915ac47aa106"
     ),
@@ -48,6 +51,18 @@ SPOTS = ("s07", "p0000", "p0500", "p0964")  # families that are planned anew
 def test_files_are_those_of_the_checksums():
     assert {name: sha256_of_file(FOLDER / name) for name in PINNED} == PINNED
     assert FULL.stat().st_size <= 25e6
+
+
+def test_hashes_of_videos_are_recorded_for_mini_and_for_what_is_evaluated():
+    lines = (FOLDER / "full.jsonl").read_text().splitlines()
+    recorded = {line["id"]: line["program_sha256"] for line in map(json.loads, lines)}
+    lists = read_lists(ROOT / "splits/recorded/full")
+    names = [n for n in lists if n.startswith(("evaluation_", "mini_"))]
+    assert set(recorded) == {sample for name in names for sample in lists[name]}
+    table = read_table(FULL, ["id", "program_sha256"])
+    columns = (table[name].to_pylist() for name in ("id", "program_sha256"))
+    programs = dict(zip(*columns, strict=True))
+    assert recorded == {sample: programs[sample] for sample in recorded}
 
 
 def test_corpus_has_the_size_of_the_paper():

@@ -10,10 +10,9 @@ from datasets import Features
 from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCardData
 
-from mpmworlds.builder.release.card import DESCRIPTION
 from mpmworlds.builder.release.checks.findings import FETCH, Finding
 from mpmworlds.builder.release.features import features_of
-from mpmworlds.builder.release.layout import CARD, Record
+from mpmworlds.builder.release.layout import CARD, CONTENT, Record
 from mpmworlds.files.text import read_text
 
 _FENCE: Final = "---\n"
@@ -113,7 +112,7 @@ def _config_findings(
     splits = dict.fromkeys(file.split for file in record.configs[name].files)
     expected = {
         "version": record.version,
-        "description": f"{DESCRIPTION}{record.digest(name)}",
+        "description": f"{CONTENT}{record.digest(name)}",
         "data_files": [
             {"split": split, "path": f"data/{name}/{split}-*.arrow"} for split in splits
         ],
