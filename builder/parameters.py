@@ -166,14 +166,17 @@ class Parameters:
                     f"{CLIPS} behind it"
                 )
             return name, None
-        ids = sample_ids(Profile.from_params(self.data, whole))
-        chosen = self.lists_of(whole, ids)
+        chosen = self.lists_of(whole, self.sample_ids(whole))
         if name == EVALUATED:
             parts = list(EVALUATION.values())
         else:
             subset = SHOWN if name == PREVIEW else name
             parts = [f"{subset}_{split}" for split in SPLITS]
         return whole, {sample for part in parts for sample in chosen[part]}
+
+    def sample_ids(self, profile: str) -> list[str]:
+        """Ids of a profile, sorted."""
+        return sample_ids(Profile.from_params(self.data, profile))
 
     def measured_of(self, config: str) -> list[Measured]:
         """What full runs of the evaluation samples of a profile showed."""
