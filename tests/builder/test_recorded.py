@@ -32,9 +32,7 @@ PINNED = {
     "full.evaluation.parquet": (
         "617867c0d2bfa322e8bc6791e5673a5fb9e458435b6b369737374e7259ec59df"
     ),
-    "full.jsonl": (
-        "9732db56b4d8a6e0d8aa25ce1e32709f53d963f74f6b5ba483c63c6c4455f348"
-    ),
+    "full.jsonl": ("9732db56b4d8a6e0d8aa25ce1e32709f53d963f74f6b5ba483c63c6c4455f348"),
     "full.parquet": (
         "3dfc5ae6685164115d1cef33a3cba5f7e4a2666626d78a9de2a3915ac47aa106"
     ),
