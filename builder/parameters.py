@@ -154,16 +154,15 @@ class Parameters:
         Raises
         ------
         ValueError
-            If there is none of this name.
+            If it is the twin of none.
         """
         name = config.removesuffix(CLIPS)
         whole = self.whole_of(name)
         if whole is None:
-            if name not in self.data["profiles"]:
+            if name not in self.data["profiles"] and name != config:
                 raise ValueError(
-                    f"configuration {config!r} is not in params.yaml; it has "
-                    f"{', '.join(self.configurations())}, and each of them with "
-                    f"{CLIPS} behind it"
+                    f"configuration {config!r}: {name!r} is not in params.yaml; it has "
+                    f"{', '.join(self.configurations())}"
                 )
             return name, None
         chosen = self.lists_of(whole, self.sample_ids(whole))

@@ -261,7 +261,7 @@ def test_a_build_of_a_subset_brings_all_lists_of_the_corpus(
         "test": ["p0000"],
         "train": ["s04"],
     }
-    folders = sorted(path.parent.name for path in out.glob("data/*/*.arrow"))
+    folders = sorted(path.parent.name for path in out.glob("data/*/*-*.arrow"))
     assert folders == ["few", "recipes", "recipes"]
     card = (out / "README.md").read_text()
     assert "| `few_train` | 1 | 1 | 0 | 0 |" in card

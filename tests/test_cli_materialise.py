@@ -205,7 +205,7 @@ def test_a_cluster_renders_the_same_bits(command, small, tmp_path):
     )
     assert (status, json.loads(out)["rendered"]) == (0, 2), err
     entries = [name for name in files_below(small.store) if "/" in name]
-    assert len(entries) == 6
+    assert len(entries) == 8
     assert {n: (store / n).read_bytes() for n in entries} == {
         n: (small.store / n).read_bytes() for n in entries
     }

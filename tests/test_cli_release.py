@@ -149,7 +149,7 @@ def test_the_tier_that_holds_is_said(
     [
         (["../x"], "sample id '../x': must be a parent"),
         (["p9999"], "p9999: is not in the corpus 'full'"),
-        (["p0000", "--config", "grand"], "configuration 'grand' is not in params.yaml"),
+        (["p0000", "--config", "grand"], "there is no recorded manifest of 'grand'"),
         (["p9999", "--release", "RELEASE"], "has no row 'p9999' in any configuration"),
         (
             ["s04", "--release", "RELEASE", "--config", "grand"],
@@ -206,7 +206,7 @@ def test_results_lie_below_work_unless_told_otherwise(
     [
         ("--predictor", "nobody", "unknown, must be one of ['black', 'codec', "),
         ("--split", "exam", "has no split tiny/exam; it has mini/test, mini/train"),
-        ("--config", "grand", "has no split grand/test"),
+        ("--config", "grand", "has no configuration 'grand'; it has"),
         ("--limit", "0", "limit = 0, must be at least 1"),
     ],
 )
