@@ -1,0 +1,112 @@
+"""Free flight: velocities of bodies and gravity, from their first poses."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.baselines.search.perception.poses import Poses
+
+Floats = npt.NDArray[np.float64]
+
+RIGID: Final = 0.93  # overlap of a body that has touched nothing
+NEAR: Final = 0.3  # distance from a parabola that is no contact [px]
+LEAST: Final = 4  # frames of a flight
+SURE: Final = 7  # frames of a flight that tell gravity
+AT_REST: Final = 0.03  # speed that is none [m/s]
+SPINS: Final = 0.25  # rate of turn that is one [rad/s]
+EARTH: Final = (0.0, -9.8)  # [m/s^2]
+
+
+@dataclass(frozen=True)
+class Flight:
+    """How a body flies before it touches anything."""
+
+    velocity: tuple[float, float]
+    """At the start [m/s]."""
+    spin: float
+    """[rad/s]."""
+    frames: int
+    """That the flight lasts; fewer than `LEAST` tell little."""
+    error: float
+    """Largest distance from the parabola [px]."""
+
+
+def flight_of(
+    poses: Poses, gravity: Sequence[float], frame_time: float, side: int
+) -> Flight:
+    """The flight of a body under known gravity [m/s^2]."""
+    g = np.asarray(gravity, np.float64)
+    last = Flight((0.0, 0.0), 0.0, 1, 0.0)
+    for frames in range(2, max(poses.rigid(RIGID), 3) + 1):
+        if frames > len(poses):
+            break
+        time = frame_time * np.arange(frames)
+        free = poses.shift[:frames] - np.outer(time**2 / 2, g)
+        v = (time @ free) / (time @ time)
+        error = float(np.abs(free - np.outer(time, v)).max()) * side
+        if frames > LEAST and error > NEAR:
+            break
+        spin = float(time @ poses.turn[:frames] / (time @ time))
+        last = Flight((float(v[0]), float(v[1])), spin, frames, error)
+    v = np.array(last.velocity)
+    v[np.abs(v) < AT_REST] = 0.0
+    spin = last.spin if abs(last.spin) > SPINS and last.frames > 2 else 0.0
+    return Flight((float(v[0]), float(v[1])), spin, last.frames, last.error)
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Gravity as flights tell it."""
+
+    value: tuple[float, float]
+    """[m/s^2]."""
+    sure: bool
+    """Whether flights tell it, rather than custom."""
+
+
+def gravity_of(flying: Sequence[Poses], frame_time: float, side: int) -> list[Gravity]:
+    """Gravity of bodies that fly, likeliest first; that of the earth is always in it.
+
+    Bodies that start at rest tell it from few frames, others from more.
+    """
+    usual = [flight_of(poses, EARTH, frame_time, side) for poses in flying]
+    longest = max((f.frames for f in usual), default=0)
+    earth = Gravity(EARTH, sure=longest >= SURE)
+    found = []
+    for poses in flying:
+        for at_rest in (True, False):
+            told = _free(poses, frame_time, side, at_rest=at_rest)
+            if told is not None:
+                found.append(told)
+    if not found:
+        return [earth]
+    frames, value = max(found, key=lambda pair: pair[0])
+    near_earth = np.hypot(value[0] - EARTH[0], value[1] - EARTH[1]) < 0.5
+    if near_earth or frames < longest + 2:
+        return [earth] if near_earth else [earth, Gravity(value, sure=False)]
+    told_by_flight = Gravity(value, sure=frames >= SURE)
+    return [told_by_flight, Gravity(EARTH, sure=False)]
+
+
+def _free(
+    poses: Poses, frame_time: float, side: int, *, at_rest: bool
+) -> tuple[int, tuple[float, float]] | None:
+    """Frames of the longest parabola, and its acceleration [m/s^2]."""
+    best = None
+    least = LEAST if at_rest else LEAST + 2
+    for frames in range(least, poses.rigid(RIGID) + 1):
+        time = frame_time * np.arange(frames)
+        columns = [time**2 / 2] if at_rest else [time**2 / 2, time]
+        a = np.stack(columns, axis=1)
+        shift = poses.shift[:frames]
+        z = np.linalg.lstsq(a, shift, rcond=None)[0]
+        error = float(np.abs(shift - a @ z).max()) * side
+        if error > NEAR:
+            break
+        x, y = float(z[0, 0]), float(z[0, 1])
+        if -16.0 < y < 2.0 and abs(x) < 8.0:
+            best = frames, (round(x, 3), round(y, 3))
+    return best
