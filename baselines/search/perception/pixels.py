@@ -113,14 +113,18 @@ class Field:
         cos, sin = np.cos(self._angle + turn), np.sin(self._angle + turn)
         columns = (cos * dx + sin * dy) / self.STEP + self._middle
         rows = (cos * dy - sin * dx) / self.STEP + self._middle
+        columns, rows = (
+            np.pad(k, (0, -len(k) % 256)).reshape(-1, 256).astype(np.float32)
+            for k in (columns, rows)
+        )  # remap takes no long lines
         found = cv2.remap(
             self._table,
-            columns.astype(np.float32)[None],
-            rows.astype(np.float32)[None],
+            columns,
+            rows,
             cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
-        )[0]
-        return np.asarray(found, np.float64)
+        )
+        return found.ravel()[: len(x)].astype(np.float64)
 
 
 class Seen:
