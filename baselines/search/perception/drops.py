@@ -11,10 +11,13 @@ import numpy.typing as npt
 
 from mpmworlds.baselines.search.perception.flow import Hit
 from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.perception.poses import Poses
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
+FLIGHT: Final = 7  # frames of a drop that tells gravity
+MOST_FLIGHTS: Final = 6
 LEAST: Final = 12  # pixels of a drop
 COMPACT: Final = 0.6  # part of its box that a drop fills
 NEAR: Final = 5.0  # how far a drop is from where it is expected [px]
@@ -119,3 +122,17 @@ def _compact(mask: Mask, pixels: Pixels) -> list[tuple[Floats, float]]:
             place = pixels.places(centers[k][1], centers[k][0])
             found.append((place, float(area)))
     return found
+
+
+def flights_of_drops(masks: Mask, pixels: Pixels) -> list[Poses]:
+    """Drops that fly for some frames, as poses, the longest flights first."""
+    found = [d for d in _followed(masks, pixels) if len(d.frames) >= FLIGHT]
+    found.sort(key=lambda d: -len(d.frames))
+    return [
+        Poses(
+            np.array(drop.places) - drop.places[0],
+            np.zeros(len(drop.places)),
+            np.ones(len(drop.places)),
+        )
+        for drop in found[:MOST_FLIGHTS]
+    ]

@@ -15,6 +15,8 @@ RIGID: Final = 0.93  # overlap of a body that has touched nothing
 NEAR: Final = 0.3  # distance from a parabola that is no contact [px]
 LEAST: Final = 4  # frames of a flight
 SURE: Final = 7  # frames of a flight that tell gravity
+SAME: Final = 0.7  # difference from the earth's that is none [m/s^2]
+WEAKEST: Final = -0.8  # of gravities; what falls slower lies on something [m/s^2]
 AT_REST: Final = 0.03  # speed that is none [m/s]
 SPINS: Final = 0.25  # rate of turn that is one [rad/s]
 EARTH: Final = (0.0, -9.8)  # [m/s^2]
@@ -67,10 +69,13 @@ class Gravity:
     """Whether flights tell it, rather than custom."""
 
 
-def gravity_of(flying: Sequence[Poses], frame_time: float, side: int) -> list[Gravity]:
+def gravity_of(
+    flying: Sequence[Poses], frame_time: float, side: int, near: float = NEAR
+) -> list[Gravity]:
     """Gravity of bodies that fly, likeliest first; that of the earth is always in it.
 
-    Bodies that start at rest tell it from few frames, others from more.
+    Bodies that start at rest tell it from few frames, others from more; `near` is the
+    distance from a parabola that is no contact [px].
     """
     usual = [flight_of(poses, EARTH, frame_time, side) for poses in flying]
     longest = max((f.frames for f in usual), default=0)
@@ -78,21 +83,21 @@ def gravity_of(flying: Sequence[Poses], frame_time: float, side: int) -> list[Gr
     found = []
     for poses in flying:
         for at_rest in (True, False):
-            told = _free(poses, frame_time, side, at_rest=at_rest)
+            told = _free(poses, frame_time, side, near, at_rest=at_rest)
             if told is not None:
-                found.append(told)
+                found.append((told[0] * (1.4 if at_rest else 1.0), *told))
     if not found:
         return [earth]
-    frames, value = max(found, key=lambda pair: pair[0])
-    near_earth = np.hypot(value[0] - EARTH[0], value[1] - EARTH[1]) < 0.5
-    if near_earth or frames < longest + 2:
-        return [earth] if near_earth else [earth, Gravity(value, sure=False)]
-    told_by_flight = Gravity(value, sure=frames >= SURE)
-    return [told_by_flight, Gravity(EARTH, sure=False)]
+    _, frames, value = max(found, key=lambda each: each[0])
+    if np.hypot(value[0] - EARTH[0], value[1] - EARTH[1]) < SAME:
+        return [earth]
+    if frames < longest + 2:
+        return [earth, Gravity(value, sure=False)]
+    return [Gravity(value, sure=frames >= SURE), Gravity(EARTH, sure=False)]
 
 
 def _free(
-    poses: Poses, frame_time: float, side: int, *, at_rest: bool
+    poses: Poses, frame_time: float, side: int, near: float, *, at_rest: bool
 ) -> tuple[int, tuple[float, float]] | None:
     """Frames of the longest parabola, and its acceleration [m/s^2]."""
     best = None
@@ -104,9 +109,9 @@ def _free(
         shift = poses.shift[:frames]
         z = np.linalg.lstsq(a, shift, rcond=None)[0]
         error = float(np.abs(shift - a @ z).max()) * side
-        if error > NEAR:
+        if error > near:
             break
         x, y = float(z[0, 0]), float(z[0, 1])
-        if -16.0 < y < 2.0 and abs(x) < 8.0:
+        if -12.0 < y < WEAKEST and abs(x) < abs(y):
             best = frames, (round(x, 3), round(y, 3))
     return best

@@ -76,6 +76,8 @@ class _Problem:
         if moved > STILL:
             yield self._translate()
             yield self._oscillate(about=None)
+        if turned > STILL and moved > STILL:
+            yield self._rock()
 
     def _pivot(self) -> Floats:
         """Place, from the center, that does not move: s = p - R p."""
@@ -142,6 +144,33 @@ class _Problem:
         neat = self._swing(about, frequency, straight, snapped)
         chosen = neat if neat.error < found.error + SNAP else found
         return chosen if frequency * self.time[-1] > 0.1 else None
+
+    def _rock(self) -> Law | None:
+        """Harmonic motion along a line and about the center at once."""
+        values = np.column_stack([self.shift, self.reach * self.turn])
+        found = min(
+            (_harmonic(values, self.time, f) for f in FREQUENCIES), key=lambda h: h[0]
+        )
+        _, x = descend(
+            lambda v: _harmonic(values, self.time, float(v[0]))[0],
+            [found[1]],
+            [0.05 * found[1]],
+            40,
+        )
+        _, frequency, amplitude, phase = _harmonic(values, self.time, float(x[0]))
+        if frequency * self.time[-1] < 0.1:
+            return None
+        part = _swung(self.time, frequency, phase)
+        turn = amplitude[2] / self.reach
+        error = self._error(np.outer(part, amplitude[:2]), turn * part)
+        data: Data = {
+            "type": "oscillate",
+            "frequency": frequency,
+            "phase_deg": float(math.remainder(phase, 360.0)),
+            "amplitude": amplitude[:2].tolist(),
+            "amplitude_deg": float(np.degrees(turn)),
+        }
+        return Law(data, error + 2 * SNAP, (0.0, 0.0), True)
 
     def _swing(
         self, about: Floats | None, frequency: float, amplitude: Floats, phase: float

@@ -27,7 +27,7 @@ DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
 GOOD: Final = {"jet": 1.5, "rain": 0.5, "hose": 0.1}
-USUAL_WIDTH: Final = 0.25  # between the outermost drops of a nozzle [m]
+USUAL_WIDTH: Final = 0.05  # between the outermost drops of a nozzle [m]
 NAMES: Final = ("x", "y", "speed", "heading", "rate", "width", "start")
 MORE: Final = {"jet": (), "rain": ("radius",), "hose": ("swing", "period")}
 FINER: Final = 0.4  # steps of what drops tell well
