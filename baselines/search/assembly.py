@@ -64,9 +64,8 @@ def scene_data(
     ]
     return {
         "schema": SCHEMA,
-        "simulation": over(told.simulation, simulation) | {
-            "duration_frames": form.frames
-        },
+        "simulation": over(told.simulation, simulation)
+        | {"duration_frames": form.frames},
         "environment": over(told.environment, environment),
         "objects": things,
         "output": {"resolution": form.pixels, "framerate": form.framerate},
@@ -181,9 +180,7 @@ def _set_pivot(found: Data, law: Law, thing: Thing, sight: Sight) -> None:
     shape["center"] = (np.array(shape["center"]) + aside).tolist()
 
 
-def _pour(
-    found: Data, thing: Thing, told: Told, prior: Prior, sight: Sight
-) -> None:
+def _pour(found: Data, thing: Thing, told: Told, prior: Prior, sight: Sight) -> None:
     """Give an emitter its nozzle."""
     if thing.nozzles:
         nozzle = thing.nozzles[0]
@@ -193,7 +190,10 @@ def _pour(
         end = sight.frame_time * len(sight.labels.numbers)
         x, y = told.near.get(str(thing.told.get("name")), (0.5, 0.75))
         kind = (thing.told.get("emission") or {}).get("type", "jet")
-        more = {"rain": {"drop_radius": 0.03}, "hose": {"swing_deg": 20.0, "period": 1.0}}
+        more = {
+            "rain": {"drop_radius": 0.03},
+            "hose": {"swing_deg": 20.0, "period": 1.0},
+        }
         found["shape"] = {
             "type": "box",
             "center": [x, y],
@@ -208,4 +208,3 @@ def _pour(
         } | more.get(kind, {})
     emission = found["emission"]
     emission["stop"] = max(prior.emission_stop, emission["start"] + 0.5)
-

@@ -181,9 +181,7 @@ def _thing(
     return Thing(known, track, guess, fit, poses, laws)
 
 
-def _shape(
-    track: Track, known: Mapping[str, Any], pixels: Pixels, grown: float
-) -> Fit:
+def _shape(track: Track, known: Mapping[str, Any], pixels: Pixels, grown: float) -> Fit:
     shape = dict(known.get("shape") or {})
     mask, care = track.masks[0], track.care(0)
     if "center" in shape:

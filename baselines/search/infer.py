@@ -32,7 +32,7 @@ NEAR: Final = 9  # pixels from matter within which a still thing is touched
 class Budget:
     """What a search may take."""
 
-    runs: int = 60
+    runs: int = 40
     """Runs of the prefix."""
     minutes: float = 3.0
     """Estimated minutes of one core that these runs take."""

@@ -26,7 +26,7 @@ class ProgramSearch:
     name = "search"
 
     def __init__(
-        self, runs: int = 60, minutes: float = 3.0, candidates: int = 3, seed: int = 0
+        self, runs: int = 40, minutes: float = 3.0, candidates: int = 3, seed: int = 0
     ) -> None:
         if runs < 1 or not minutes > 0 or candidates < 1:
             raise ValueError(

@@ -1,7 +1,7 @@
 """What no prefix shows: a table of the train split, and the command that makes it.
 
-``python -m mpmworlds.baselines.search.prior --release DIR`` writes ``prior.yaml`` beside
-this module. Nothing else of search was fitted to anything but train rows, either.
+``python -m mpmworlds.baselines.search.prior --release DIR`` writes ``prior.yaml``
+beside this module. Whatever else search takes for granted is of train rows, too.
 """
 
 import argparse
@@ -55,7 +55,8 @@ class Prior:
 
     def typical(self, material: str) -> Data:
         """Plain data of a typical material of a class."""
-        return {"constitutive_model": material} | self.materials[material]["numbers"]
+        numbers: Data = self.materials[material]["numbers"]
+        return {"constitutive_model": material} | numbers
 
 
 @cache

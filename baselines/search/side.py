@@ -69,7 +69,10 @@ def read_side(text: str) -> Told:
             "`mpmworlds.loaders.regimes` tells"
         )
     things = [_captioned(found) for found in sentences]
-    near = {thing["name"]: _place(found["rest"]) for thing, found in zip(things, sentences, strict=True)}
+    near = {
+        thing["name"]: _place(found["rest"])
+        for thing, found in zip(things, sentences, strict=True)
+    }
     words = text[: sentences[0].start()].lower()
     pulls = (
         ("right" in words) - ("left" in words),
@@ -81,7 +84,9 @@ def read_side(text: str) -> Told:
 def _captioned(found: "re.Match[str]") -> Data:
     """An object of a caption, in plain data with gaps."""
     looks = found["looks"]
-    color = next(c for c in sorted(_COLORS, key=len, reverse=True) if looks.startswith(f"{c} "))
+    color = next(
+        c for c in sorted(_COLORS, key=len, reverse=True) if looks.startswith(f"{c} ")
+    )
     shape = looks[len(color) + 1 :].replace(" ", "_")
     parts = [part.strip() for part in found["rest"].split(",")]
     kind = _KINDS.get(parts[0])

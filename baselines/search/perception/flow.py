@@ -74,7 +74,8 @@ class Flow:
         hit: "Hit | None" = None,
     ) -> None:
         self._pixels, self._times = pixels, [frame_time * k for k in frames]
-        self._window = pixels.window(masks[list(frames)].any(axis=0), MARGIN)
+        everywhere: Mask = np.any(masks[list(frames)], axis=0)
+        self._window = pixels.window(everywhere, MARGIN)
         radius = BALL * SPACING * pixels.side
         reach = math.ceil(radius)
         offsets = np.mgrid[-reach : reach + 1, -reach : reach + 1]
@@ -94,12 +95,12 @@ class Flow:
 
     def _clear(self, hidden: Mask, hit: "Hit | None") -> Any:
         kernel = np.ones((2 * CLEAR + 1,) * 2, np.uint8)
-        near = cv2.dilate(hidden.astype(np.uint8), kernel)
+        near = np.asarray(cv2.dilate(hidden.astype(np.uint8), kernel), np.uint8)
         edge = round((WALL + 0.01) * self._pixels.side)
         near[:edge] = near[-edge:] = 1
         near[:, :edge] = near[:, -edge:] = 1
         if hit is not None:
-            near |= hit.beneath(self._pixels)
+            near = np.maximum(near, hit.beneath(self._pixels))
         rows, columns = self._window
         return _halved(near[rows, columns] == 0)
 
@@ -129,7 +130,7 @@ class Flow:
             for (_, _, weight), a, b in zip(SCALES, drawn, seen, strict=True):
                 total += weight * float(np.square(a - b).sum())
         unusual = 0.0 if emission["type"] == "rain" else math.log(dense / USUAL)
-        return total / self._total + UNUSUAL * unusual**2
+        return float(total / self._total + UNUSUAL * unusual**2)
 
     def _births(self, emission: Data, width: float) -> tuple[Floats, Floats, Floats]:
         numbers = emission | {"stop": self._times[-1] + 0.02}
@@ -147,7 +148,10 @@ class Flow:
     def _drawn(self, x: Floats) -> Any:
         side, middle = self._pixels.side, self._pixels.middle
         rows, columns = self._window
-        shape = min(rows.stop, side) - rows.start, min(columns.stop, side) - columns.start
+        shape = (
+            min(rows.stop, side) - rows.start,
+            min(columns.stop, side) - columns.start,
+        )
         j = np.rint((1.0 - x[:, 1]) * side - middle).astype(int) - rows.start
         i = np.rint(x[:, 0] * side - middle).astype(int) - columns.start
         inside = (j >= 0) & (i >= 0) & (j < shape[0]) & (i < shape[1])

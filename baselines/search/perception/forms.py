@@ -111,9 +111,7 @@ def _solid(seen: _Measures, step: float) -> Iterator[Start]:
         yield Start("capsule", start, (s, s, 2.0, 2 * s, s), _capsule)
 
 
-def _rings(
-    mask: Mask, pixels: Pixels, seen: _Measures, step: float
-) -> Iterator[Start]:
+def _rings(mask: Mask, pixels: Pixels, seen: _Measures, step: float) -> Iterator[Start]:
     center, radius = _circle_through(mask, pixels)
     heading = seen.center - center
     away = math.degrees(math.atan2(-heading[1], -heading[0])) - 90.0

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from mpmworlds.baselines.search.perception.poses import Poses
 from mpmworlds.baselines.search.perception.simplex import descend
 
-Floats = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.floating[Any]]
 Data = dict[str, Any]
 
 FREQUENCIES: Final = np.geomspace(0.2, 8.0, 60)  # [Hz]
@@ -58,7 +58,9 @@ def laws_of(poses: Poses, frame_time: float, reach: float, side: int) -> list[La
 
 
 class _Problem:
-    def __init__(self, poses: Poses, frame_time: float, reach: float, side: int):
+    def __init__(
+        self, poses: Poses, frame_time: float, reach: float, side: int
+    ) -> None:
         self.time = frame_time * np.arange(len(poses))
         self.shift, self.turn = poses.shift, poses.turn
         self.reach, self.side = max(reach, 0.02), side
@@ -124,19 +126,7 @@ class _Problem:
     def _oscillate(self, about: Floats | None) -> Law | None:
         """Harmonic turns about a place, or along a line if there is none."""
         values = self.shift if about is None else self.turn[:, None]
-        best: tuple[float, float, Floats, float] | None = None
-        for frequency in FREQUENCIES:
-            found = _harmonic(values, self.time, frequency)
-            if best is None or found[0] < best[0]:
-                best = found
-        assert best is not None  # noqa: S101 - there are frequencies
-        _, x = descend(
-            lambda v: _harmonic(values, self.time, float(v[0]))[0],
-            [best[1]],
-            [0.05 * best[1]],
-            40,
-        )
-        _, frequency, amplitude, phase = _harmonic(values, self.time, float(x[0]))
+        frequency, amplitude, phase = _best_harmonic(values, self.time)
         found = self._swing(about, frequency, amplitude, phase)
         snapped = QUARTER * round(phase / QUARTER)
         part = _swung(self.time, frequency, snapped)
@@ -148,16 +138,7 @@ class _Problem:
     def _rock(self) -> Law | None:
         """Harmonic motion along a line and about the center at once."""
         values = np.column_stack([self.shift, self.reach * self.turn])
-        found = min(
-            (_harmonic(values, self.time, f) for f in FREQUENCIES), key=lambda h: h[0]
-        )
-        _, x = descend(
-            lambda v: _harmonic(values, self.time, float(v[0]))[0],
-            [found[1]],
-            [0.05 * found[1]],
-            40,
-        )
-        _, frequency, amplitude, phase = _harmonic(values, self.time, float(x[0]))
+        frequency, amplitude, phase = _best_harmonic(values, self.time)
         if frequency * self.time[-1] < 0.1:
             return None
         part = _swung(self.time, frequency, phase)
@@ -239,6 +220,19 @@ def _ramp(values: Floats, time: Floats) -> tuple[Floats, float, float]:
     if simple[0] < cost + 1e-7:  # a third of a pixel
         return simple[1], simple[2], simple[3]
     return k, start if start > 0.3 * frame else 0.0, max(stop, start + frame)
+
+
+def _best_harmonic(values: Floats, time: Floats) -> tuple[float, Floats, float]:
+    """Frequency [Hz], amplitudes (k,) and phase [deg] nearest to values (n, k)."""
+    found = min((_harmonic(values, time, f) for f in FREQUENCIES), key=lambda h: h[0])
+    _, x = descend(
+        lambda v: _harmonic(values, time, float(v[0]))[0],
+        [found[1]],
+        [0.05 * found[1]],
+        40,
+    )
+    _, frequency, amplitude, phase = _harmonic(values, time, float(x[0]))
+    return frequency, amplitude, phase
 
 
 def _harmonic(

@@ -94,7 +94,7 @@ def nozzles_of(
     known = dict(told.get("emission") or {})
     kinds = [known["type"]] if "type" in known else _kinds(drops)
     start = _Start(track, pixels, gravity, frame_time, drops, told)
-    found = []
+    found: list[tuple[float, Nozzle]] = []
     for kind in kinds:
         if found and min(error for error, _ in found) < GOOD[kind]:
             break
@@ -190,7 +190,9 @@ class _Start:
         if kind == "hose":
             swings = {"period": 1.1}
             both = [plain | {"swing": s * 22.0} | swings for s in (1, -1)]
-            return [numbers | self._told for numbers in both][: 2 - ("swing" in self._told)]
+            return [numbers | self._told for numbers in both][
+                : 2 - ("swing" in self._told)
+            ]
         return [plain]
 
     def _of_growth(self) -> dict[str, float]:

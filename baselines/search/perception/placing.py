@@ -28,7 +28,9 @@ def place_shape(
         model = SHAPES[told["type"]].model_validate(placed)
         aside = centroid(model.outline()) - np.array(placed["center"])
         numbers = [*(middle - aside), angle]
-        trials.append((seen.misfit(_placed(told, numbers, turns=turns), grown), numbers))
+        trials.append(
+            (seen.misfit(_placed(told, numbers, turns=turns), grown), numbers)
+        )
     trials.sort(key=lambda pair: pair[0])
     step = 1.0 / pixels.side
     best: tuple[float, Data] | None = None
@@ -42,7 +44,7 @@ def place_shape(
         )
         if best is None or error < best[0]:
             best = error, _placed(told, x, turns=turns)
-    assert best is not None  # noqa: S101 - there are trials
+    assert best is not None
     return Fit(best[1], seen.iou(best[1], grown))
 
 

@@ -20,7 +20,7 @@ HANDICAP: Final = {
     "fan_blades": 0.004,
     "rounded_box": 0.010,
 }
-PER_CORNER: Final = 0.002
+PER_CORNER: Final = 0.0035
 MOST_CORNERS: Final = 16
 GOOD: Final = 0.975  # overlap after which polygons of more corners are not tried
 UPRIGHT: Final = 0.6  # degrees from an axis that nobody meant

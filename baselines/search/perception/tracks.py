@@ -55,7 +55,8 @@ class Track:
 
     def care(self, number: int) -> Mask:
         """Pixels of a frame that tell where it is."""
-        return ~self.hidden[number]
+        telling: Mask = ~self.hidden[number]
+        return telling
 
 
 def tracks_of(labels: Labels) -> list[Track]:

@@ -1,4 +1,4 @@
-"""Runs of the prefix: each scene once, within a budget that any machine counts alike."""
+"""Runs of the prefix: each scene once, within a budget counted alike everywhere."""
 
 import copy
 import json

@@ -31,7 +31,9 @@ class Reference:
         self._rgb = [np.array(rgb(c), np.uint8) for c in labels.colors]
         table = np.array([(0, 0, 0), *self._rgb], np.uint8)
         self._frames: Frames = table[labels.numbers]
-        self._soft = [self._coarse(labels.numbers == k + 1) for k in range(len(self._rgb))]
+        self._soft = [
+            self._coarse(labels.numbers == k + 1) for k in range(len(self._rgb))
+        ]
 
     @property
     def frames(self) -> Frames:

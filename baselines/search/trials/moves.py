@@ -109,9 +109,7 @@ def _of_flight(number: int) -> Iterator[Move]:
         yield Move(f"{number}.velocity[{axis}]", 0.12, change)
 
 
-def _of_nozzle(
-    number: int, thing: Data, known: Mapping[str, Any]
-) -> Iterator[Move]:
+def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Move]:
     emission = known.get("emission") or {}
     if "rate" not in emission:
         yield _scaling(number, ("emission", "rate"), 0.15)

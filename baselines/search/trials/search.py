@@ -115,9 +115,7 @@ class Search:
         if not sought:
             self._try(data, "as told")
             return []
-        names = sorted(
-            MATERIALS, key=lambda n: (-self._prior.materials[n]["share"], n)
-        )
+        names = sorted(MATERIALS, key=lambda n: (-self._prior.materials[n]["share"], n))
         scenes = {name: self._of_class(data, sought, name) for name in names}
         early = min(max(self._known.contact + 8, 16), self._lab.frames)
         losses = {}
@@ -203,7 +201,6 @@ class Search:
         """Numbers one by one, with steps that grow where they help."""
         steps: dict[str, float] = {}
         for _ in range(SWEEPS):
-            improved = False
             moves = list(
                 moves_of(self.best.data, self._known.told, fly=self._known.fly)
             )
@@ -213,13 +210,10 @@ class Search:
                     before = self.best
                     trial = self._try(move.of(before.data, signed), move.what)
                     if trial.loss < before.loss:
-                        improved = True
                         steps[move.what] = 1.2 * signed
                         break
                 else:
                     steps[move.what] = 0.5 * step
-            if not improved and len(moves):
-                continue
 
     def candidates(self, count: int) -> list[Trial]:
         """The best scenes that differ in more than small numbers, best first."""
