@@ -119,7 +119,8 @@ class Flow:
         dense = emission["rate"] * SPACING**2 / (width * speed)
         if dense > 1.0 and emission["type"] != "rain":
             return 20.0 + 10.0 * dense
-        total, g = 0.0, np.asarray(gravity)
+        total = 0.0
+        g = np.asarray(gravity)
         times, places, velocities = self._births(emission, width)
         pairs = zip(self._times, self._telling, self._blurred, strict=True)
         for time, telling, seen in pairs:

@@ -65,7 +65,7 @@ class _Problem:
         self.shift, self.turn = poses.shift, poses.turn
         self.reach, self.side = max(reach, 0.02), side
         self.frame_time = frame_time
-        self.pivot = np.zeros(2)
+        self.pivot: Floats = np.zeros(2)
         if np.abs(self.turn).max() > 0.05:
             self.pivot = self._pivot()
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from mpmworlds.baselines.search.perception.colors import Labels
 from mpmworlds.baselines.search.repair import unchecked
-from mpmworlds.baselines.search.trials.loss import Reference
+from mpmworlds.baselines.search.trials.loss import Losses, Reference
 from mpmworlds.files.closeable import Closeable
 from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import FRAMERATE, reduce_clip
@@ -21,7 +21,7 @@ from mpmworlds.sim.scene.steps import spacing
 Data = dict[str, Any]
 
 TIMEOUT: Final = 240.0  # seconds of one run, which only a fault takes
-LOST: Final = 2.0  # loss of a scene that cannot be run
+LOST: Final = Losses(2.0, {})  # loss of a scene that cannot be run
 # Estimated seconds of a run on one core: what a start takes, and moves of particles.
 START: Final = 0.9
 MOVES_PER_SECOND: Final = 14e6
@@ -61,7 +61,7 @@ class Lab(Closeable):
         self._form, self._count = form, len(labels.numbers)
         self._runs, self._seconds, self._told = runs, seconds, told
         self._warm = WarmStart()
-        self._cache: dict[str, float] = {}
+        self._cache: dict[str, Losses] = {}
         self.runs = 0
         """Runs so far."""
         self.seconds = 0.0
@@ -80,7 +80,11 @@ class Lab(Closeable):
         )
 
     def loss(self, data: Data, frames: int | None = None) -> float:
-        """Loss of a scene in plain data on the first frames, all if None.
+        """Loss of a scene in plain data, see `losses`."""
+        return self.losses(data, frames).whole
+
+    def losses(self, data: Data, frames: int | None = None) -> Losses:
+        """Losses of a scene in plain data on the first frames, all if None.
 
         Raises
         ------
@@ -97,7 +101,7 @@ class Lab(Closeable):
                 self._told(1.0 - self.left)
         return self._cache[key]
 
-    def _tried(self, data: Data, count: int) -> float:
+    def _tried(self, data: Data, count: int) -> Losses:
         full = self._form.framerate
         rate = FRAMERATE if full % FRAMERATE == 0 else full
         drawn = count if rate <= FRAMERATE else (count - 1) * full // FRAMERATE + 1
@@ -111,7 +115,7 @@ class Lab(Closeable):
         outcome = self._warm.run(program, drawn, TIMEOUT, pictures=True)
         if outcome.status != "ok":
             return LOST
-        return self._reference.loss(reduce_clip(outcome.frames, rate))
+        return self._reference.losses(reduce_clip(outcome.frames, rate))
 
     def close(self) -> None:
         """End the process that runs are forked from."""

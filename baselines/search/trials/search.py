@@ -13,8 +13,9 @@ from mpmworlds.sim.scene.objects import MATERIALS, RELEASED
 
 Data = dict[str, Any]
 
+LEAST_LIKELY: Final = 1.0  # loss of a class that nothing is known of
 FINALISTS: Final = 3  # classes of matter that see the whole prefix
-RIVALS: Final = 4  # classes that each thing is tried with by itself
+RIVALS: Final = 3  # classes that each thing is tried with by itself
 SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
 SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
 BELT_GAIN: Final = 0.004  # loss that a belt must save
@@ -67,6 +68,7 @@ class Search:
 
     def __init__(self, lab: Lab, prior: Prior, known: Known) -> None:
         self._lab, self._prior, self._known = lab, prior, known
+        self._rankings: dict[int, list[str]] = {}
         self.trials: list[Trial] = []
         """All scenes that were run over the whole prefix."""
 
@@ -78,10 +80,10 @@ class Search:
     def run(self, scenes: Sequence[Data]) -> None:
         """Search from scenes that differ in what was doubted, the likeliest first."""
         try:
-            ranking = self._all_alike(scenes[0])
+            self._all_alike(scenes[0])
             self._rivals_of_scene(scenes[1:])
             self._walls()
-            self._each_by_itself(ranking)
+            self._each_by_itself()
             self._belts()
             self._refine()
         except BudgetSpent:
@@ -96,9 +98,8 @@ class Search:
 
     def _unusual(self, data: Data) -> float:
         names = [_class(t) for t in data["objects"] if "physics_properties" in t]
-        rare = sum(-math.log(self._prior.materials[name]["share"]) for name in names)
         extra = SECOND_CLASS * max(len(set(names)) - 1, 0)
-        return SURPRISE * rare / max(len(names), 1) + extra
+        return sum(map(self._rare, names)) / max(len(names), 1) + extra
 
     def _sought(self, data: Data) -> list[int]:
         """Numbers of things whose class is not told."""
@@ -109,24 +110,39 @@ class Search:
             and not self._known.told.get(number, {}).get("physics_properties")
         ]
 
-    def _all_alike(self, data: Data) -> list[str]:
-        """Every thing of one class: classes by their loss, found by halving."""
+    def _all_alike(self, data: Data) -> None:
+        """Every thing of one class: what each of them shows tells its own class."""
         sought = self._sought(data)
         if not sought:
             self._try(data, "as told")
-            return []
+            return
         names = sorted(MATERIALS, key=lambda n: (-self._prior.materials[n]["share"], n))
         scenes = {name: self._of_class(data, sought, name) for name in names}
         early = min(max(self._known.contact + 8, 16), self._lab.frames)
-        losses = {}
-        for name, scene in scenes.items():
-            surprise = self._unusual(scene)
-            losses[name] = self._lab.loss(scene, early) + surprise
-        ranking = sorted(names, key=lambda name: losses[name])
-        for name in ranking[:FINALISTS]:
+        losses = {name: self._lab.losses(scenes[name], early) for name in names}
+        ranking = sorted(
+            names, key=lambda n: losses[n].whole + self._unusual(scenes[n])
+        )
+        for number in sought:
+            color = data["objects"][number]["visualization"]["color"]
+            self._rankings[number] = sorted(
+                (n for n in ranking if may_be(data["objects"][number], n)),
+                key=lambda n: (
+                    losses[n].by_color.get(color, LEAST_LIKELY) + self._rare(n)
+                ),
+            )
+        mixed = copy.deepcopy(data)
+        for number in sought:
+            best = self._prior.typical(self._rankings[number][0])
+            mixed["objects"][number]["physics_properties"] = best
+        self._try(scenes[ranking[0]], f"all {ranking[0]}")
+        if _classes(mixed) != _classes(scenes[ranking[0]]):
+            self._try(mixed, "each as it looks best")
+        for name in ranking[1:FINALISTS]:
             self._try(scenes[name], f"all {name}")
-        finals = {t.what.removeprefix("all "): t.loss for t in self.trials}
-        return sorted(ranking, key=lambda n: finals.get(n, 1.0 + losses[n]))
+
+    def _rare(self, name: str) -> float:
+        return -SURPRISE * math.log(self._prior.materials[name]["share"])
 
     def _of_class(self, data: Data, numbers: Sequence[int], name: str) -> Data:
         changed = copy.deepcopy(data)
@@ -158,7 +174,7 @@ class Search:
                 }
                 self._try(changed, f"walls {walls['contact']}")
 
-    def _each_by_itself(self, ranking: Sequence[str]) -> None:
+    def _each_by_itself(self) -> None:
         """Each thing of another class than the others, one by one and in pairs."""
         sought = self._sought(self.best.data)
         if len(sought) < 2:
@@ -170,9 +186,9 @@ class Search:
                 return
             tried.add(_classes(before.data))
             for number in sought:
-                for name in ranking[: RIVALS + 1]:
+                for name in self._rankings[number][:RIVALS]:
                     thing = self.best.data["objects"][number]
-                    if name == _class(thing) or not may_be(thing, name):
+                    if name == _class(thing):
                         continue
                     changed = self._of_class(self.best.data, [number], name)
                     self._try(changed, f"{number} {name}")
