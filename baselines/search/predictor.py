@@ -1,11 +1,13 @@
 """Program search as a predictor: scenes that draw the prefix, found by trying."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from mpmworlds.baselines.protocol import Answer, Failure, SceneText, Task
 from mpmworlds.baselines.search.infer import Budget, infer
 from mpmworlds.baselines.search.side import read_side
+from mpmworlds.files.atomic import write_atomically
 from mpmworlds.sim.scene.scene import Scene
 
 
@@ -21,12 +23,20 @@ class ProgramSearch:
         Largest number of scenes to answer with.
     seed
         Which draws.
+    scenes
+        Folder where the likeliest scene of each sample is kept, by the sample's neutral
+        name; none if empty.
     """
 
     name = "search"
 
     def __init__(
-        self, runs: int = 40, minutes: float = 3.0, candidates: int = 3, seed: int = 0
+        self,
+        runs: int = 40,
+        minutes: float = 3.0,
+        candidates: int = 3,
+        seed: int = 0,
+        scenes: str = "",
     ) -> None:
         if runs < 1 or not minutes > 0 or candidates < 1:
             raise ValueError(
@@ -34,12 +44,13 @@ class ProgramSearch:
                 "be positive, or there is nothing to search with"
             )
         self._budget, self._candidates = Budget(runs, minutes), candidates
-        self._seed = seed
+        self._seed, self._scenes = seed, scenes
 
     @property
     def configuration(self) -> Mapping[str, Any]:
-        """What decides its answers."""
+        """What decides its answers; not where they are kept."""
         return {
+            "scenes": "",
             "runs": self._budget.runs,
             "minutes": self._budget.minutes,
             "candidates": self._candidates,
@@ -62,6 +73,10 @@ class ProgramSearch:
             )
         except ValueError as error:
             return [Failure("no_scene", str(error))]
+        if self._scenes:
+            path = Path(self._scenes) / f"{task.id}.yaml"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(path, found.scenes[0].encode())
         return [SceneText(text) for text in found.scenes]
 
 

@@ -118,7 +118,7 @@ class Flow:
         width, speed = nozzle["width"], math.hypot(*emission["velocity"])
         dense = emission["rate"] * SPACING**2 / (width * speed)
         if dense > 1.0 and emission["type"] != "rain":
-            return 20.0 + 10.0 * dense
+            return float(20.0 + 10.0 * dense)
         total = 0.0
         g = np.asarray(gravity)
         times, places, velocities = self._births(emission, width)
