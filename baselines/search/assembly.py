@@ -9,7 +9,7 @@ import numpy as np
 
 from mpmworlds.baselines.search.guess import Sight, Thing
 from mpmworlds.baselines.search.perception.forms import polygons
-from mpmworlds.baselines.search.perception.laws import Law
+from mpmworlds.baselines.search.perception.laws import Law, amplitude_of
 from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.side import Told, over
 from mpmworlds.loaders.prompts import VideoForm
@@ -119,7 +119,8 @@ def _initial(thing: Thing) -> Data:
 
 def _move(found: Data, thing: Thing, sight: Sight, prior: Prior) -> None:
     """Give a collider its motion, and the pivot that it turns about."""
-    known = (thing.told.get("kinematics") or {}).get("type")
+    told = thing.told.get("kinematics") or {}
+    known = told.get("type")
     laws = [law for law in thing.laws if known in (None, law.kinematics["type"])]
     if not laws:
         found["kinematics"] = _unseen_motion(known)
@@ -129,6 +130,10 @@ def _move(found: Data, thing: Thing, sight: Sight, prior: Prior) -> None:
     found["kinematics"] = copy.deepcopy(law.kinematics)
     if law.kinematics["type"] == "translate" and "stop" not in law.kinematics:
         found["kinematics"]["stop"] = stop_of(law, end, prior.way[1])
+    if "frequency" in told and thing.poses is not None:
+        found["kinematics"]["amplitude"] = amplitude_of(
+            thing.poses, sight.frame_time, told["frequency"], told["phase_deg"]
+        )
     if "center" not in (thing.told.get("shape") or {}):
         _set_pivot(found, law, thing, sight)
 

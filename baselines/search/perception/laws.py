@@ -57,6 +57,16 @@ def laws_of(poses: Poses, frame_time: float, reach: float, side: int) -> list[La
     )
 
 
+def amplitude_of(
+    poses: Poses, frame_time: float, frequency: float, phase: float
+) -> list[float]:
+    """Amplitude [m] of an oscillation of known frequency [Hz] and phase [deg]."""
+    time = frame_time * np.arange(len(poses))
+    part = _swung(time, frequency, phase)
+    found = (part @ poses.shift) / max(float(part @ part), 1e-12)
+    return [float(v) for v in found]
+
+
 class _Problem:
     def __init__(
         self, poses: Poses, frame_time: float, reach: float, side: int

@@ -99,7 +99,10 @@ class Search:
     def _unusual(self, data: Data) -> float:
         names = [_class(t) for t in data["objects"] if "physics_properties" in t]
         extra = SECOND_CLASS * max(len(set(names)) - 1, 0)
-        return sum(map(self._rare, names)) / max(len(names), 1) + extra
+        law = data["environment"]["walls"]["contact"]
+        shares = [w["share"] for w in self._prior.walls if w["contact"] == law]
+        walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
+        return sum(map(self._rare, names)) / max(len(names), 1) + extra + walls
 
     def _sought(self, data: Data) -> list[int]:
         """Numbers of things whose class is not told."""

@@ -6,6 +6,7 @@ import pytest
 
 from mpmworlds.baselines.search.guess import look
 from mpmworlds.baselines.search.perception.colors import MOST_COLORS, labels_of
+from mpmworlds.baselines.search.perception.laws import amplitude_of
 from mpmworlds.baselines.search.perception.pixels import Pixels, covered
 from mpmworlds.baselines.search.perception.shapes import fit_shape
 from mpmworlds.baselines.search.side import Told
@@ -74,6 +75,13 @@ def test_an_oscillation_is_measured_with_its_turn(moving):
     assert found["frequency"] == pytest.approx(2.0, rel=0.01)
     assert sign * found["amplitude_deg"] == pytest.approx(20.0, rel=0.05)
     assert sign * np.array(found["amplitude"]) == pytest.approx([0.03, 0.0], abs=0.002)
+
+
+def test_an_amplitude_is_measured_for_a_phase_that_is_told(moving):
+    poses = moving[2][MOVING.index("bowl")].poses
+    for phase, sign in ((90.0, 1.0), (-90.0, -1.0)):
+        found = amplitude_of(poses, FRAME, 2.0, phase)
+        assert found == pytest.approx([sign * 0.03, 0.0], abs=0.002)
 
 
 def test_gravity_and_velocities_are_read_off_flights(moving):
