@@ -11,7 +11,9 @@ from mpmworlds.baselines.search.perception.poses import Poses
 
 Floats = npt.NDArray[np.float64]
 
-RIGID: Final = 0.93  # overlap of a body that has touched nothing
+# Liquid that spins changes its shape in flight, not the way of its middle: what ends a
+# flight is that the way is no parabola.
+RIGID: Final = 0.75  # overlap of a body that is still followed well
 NEAR: Final = 0.3  # distance from a parabola that is no contact [px]
 LEAST: Final = 4  # frames of a flight
 SURE: Final = 7  # frames of a flight that tell gravity
