@@ -9,9 +9,10 @@ from mpmworlds.baselines.search.perception.colors import MOST_COLORS, labels_of
 from mpmworlds.baselines.search.perception.laws import amplitude_of
 from mpmworlds.baselines.search.perception.pixels import Pixels, covered
 from mpmworlds.baselines.search.perception.shapes import fit_shape
+from mpmworlds.baselines.search.prior import prior
 from mpmworlds.baselines.search.side import Told
 from mpmworlds.sim.scene.objects import SHAPES
-from tests.baselines.search.worlds import COLORS, FRAME, prefix_of, world
+from tests.baselines.search.worlds import COLORS, FRAME, checked, prefix_of, world
 
 PIXELS = Pixels.of(256, 512)
 MOVING = ("still", "wall", "fan", "gate", "bowl", "brick", "ball")
@@ -165,3 +166,14 @@ def test_noise_has_no_more_colors_than_scenes_may():
 def test_a_prefix_without_anything_is_refused(shape, told):
     with pytest.raises(ValueError, match=told):
         labels_of(np.zeros(shape, np.uint8))
+
+
+def test_liquid_that_spins_in_flight_tells_gravity():
+    """It changes its shape, but its middle flies as any other."""
+    data = world("brick", gravity=(-1.6, -6.6)).to_data()
+    data["objects"][0]["physics_properties"] = prior().typical("liquid")
+    data["objects"][0]["initial_state"]["angular_velocity"] = -3.0
+    frames = prefix_of(checked(data))
+    sight = look(labels_of(frames), PIXELS, FRAME, Told(), seed=0)
+    assert sight.gravities[0].sure
+    assert sight.gravities[0].value == pytest.approx((-1.6, -6.6), abs=0.2)
