@@ -82,6 +82,7 @@ def example(scene, **row):
     prefix = prefix_of(scene)
     form = scene.output
     row = {
+        "id": "x",
         "num_frames": scene.simulation.duration_frames,
         "framerate": form.framerate,
         "resolution": form.resolution,
