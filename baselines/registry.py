@@ -9,13 +9,14 @@ from typing import Any, Final
 
 from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
+from mpmworlds.baselines.search.predictor import ProgramSearch
 
 NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 def _built_in() -> Mapping[str, Callable[..., AnyPredictor]]:
     """Each module of `mpmworlds.baselines.simple` has one class or more with a name."""
-    found = {}
+    found: dict[str, Callable[..., AnyPredictor]] = {ProgramSearch.name: ProgramSearch}
     for module in pkgutil.iter_modules(simple.__path__):
         content = vars(import_module(f"{simple.__name__}.{module.name}"))
         for item in content.values():

@@ -25,7 +25,7 @@ VERBS = (
     *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
     *("propose", "stats", "audit", "verify", "regenerate", "fetch", "publish"),
     *("export", "gallery", "play"),
-    *("evaluate", "submission", "report", "gate", "doctor"),
+    *("infer", "evaluate", "submission", "report", "gate", "doctor"),
 )
 
 
@@ -137,6 +137,7 @@ def test_bad_scene_names_file_object_field_value_and_rule(
         ["materialise", "--manifest", "absent"],
         ["build", "--manifest", "absent", "--out", "r"],
         ["verify", "absent"],
+        ["infer", "absent", "--out", "scene.yaml"],
         ["evaluate", "--predictor", "black", "--release", "absent"],
         ["report", "absent", "--out", "report"],
         ["gate", "--fit", "absent", "absent", "--out", "gate"],

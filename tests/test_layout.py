@@ -64,6 +64,7 @@ def package_files():
             "wording/*.yaml",
             "report/paper.yaml",
             "report/page/*",
+            "search/prior.yaml",
             "gallery/page/*",
             "recorded/*.parquet",
             "recorded/*/*",

@@ -1,0 +1,193 @@
+"""From a prefix to scenes: look, assemble, search; and what is believed."""
+
+import copy
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from mpmworlds.baselines.search.assembly import scene_data
+from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
+from mpmworlds.baselines.search.perception.colors import labels_of
+from mpmworlds.baselines.search.perception.flight import LEAST, RIGID
+from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.prior import Prior, prior
+from mpmworlds.baselines.search.repair import written
+from mpmworlds.baselines.search.side import Told
+from mpmworlds.baselines.search.trials.lab import Lab
+from mpmworlds.baselines.search.trials.search import Known, Search, Trial
+from mpmworlds.loaders.prompts import VideoForm
+from mpmworlds.metrics.reduction import FRAMERATE, Frames
+
+Data = dict[str, Any]
+
+RIVAL_NOZZLE: Final = 2.5  # misfit over the best one's of a nozzle that is tried, too
+RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, too [px]
+NEAR: Final = 9  # pixels from matter within which a still thing is touched
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What a search may take."""
+
+    runs: int = 40
+    """Runs of the prefix."""
+    minutes: float = 3.0
+    """Estimated minutes of one core that these runs take."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search came to."""
+
+    scenes: tuple[str, ...]
+    """Scene files, the likeliest first."""
+    trials: tuple[Trial, ...]
+    """How they came about."""
+    search: Search
+    """All that was tried."""
+    sight: Sight
+    """What was seen."""
+
+
+def infer(
+    prefix: Frames,
+    framerate: int,
+    form: VideoForm,
+    told: Told,
+    budget: Budget,
+    candidates: int,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Found:
+    """Find scenes that draw a prefix.
+
+    Parameters
+    ----------
+    prefix
+        uint8 (T, N, N, 3), RGB, as it is evaluated.
+    framerate
+        Its frames per second [1/s].
+    form
+        Of the video that scenes are to draw.
+    told
+        What is known of the scene.
+    budget
+        What the search may take.
+    candidates
+        Largest number of scenes.
+    seed
+        Which draws.
+    progress
+        Called with the share of the budget that is spent, now and then.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing in the prefix that scenes have, or nothing of matter.
+    """
+    usual = prior()
+    labels = labels_of(prefix)
+    pixels = Pixels.of(prefix.shape[1], form.pixels)
+    rate = min(framerate, FRAMERATE)
+    sight = look(labels, pixels, usual.frame_time / rate, told, seed)
+    scenes = list(_readings(sight, told, form, usual, seed))
+    if not any("physics_properties" in t for t in scenes[0]["objects"]):
+        raise ValueError(
+            "nothing that moves like matter is seen, so there is nothing to simulate"
+        )
+    with Lab(labels, form, budget.runs, 60.0 * budget.minutes, progress) as lab:
+        search = Search(lab, usual, _known(sight, told))
+        search.run(scenes)
+    texts, trials = [], []
+    for trial in search.candidates(3 * candidates):
+        try:
+            texts.append(written(trial.data))
+        except ValueError:
+            continue
+        trials.append(trial)
+        if len(texts) == candidates:
+            break
+    if not texts:
+        texts, trials = [written(search.best.data)], [search.best]  # says what is wrong
+    return Found(tuple(texts), tuple(trials), search, sight)
+
+
+def _readings(
+    sight: Sight, told: Told, form: VideoForm, usual: Prior, seed: int
+) -> Iterator[Data]:
+    """Scenes that the prefix may be of, the likeliest first."""
+    first = sight.gravities[0]
+    yield scene_data(sight, told, form, usual, first.value)
+    for thing in sight.things:
+        for rival in _rivals(thing):
+            swapped = copy.copy(sight)
+            swapped.things = [rival if t is thing else t for t in sight.things]
+            yield scene_data(swapped, told, form, usual, first.value)
+    if first.sure or told.pulls is not None:
+        return
+    customary = [tuple(g["value"]) for g in usual.gravities]
+    others = [g.value for g in sight.gravities[1:]] + customary
+    for gravity in dict.fromkeys(others):
+        if gravity == first.value:
+            continue
+        turned = copy.copy(sight)
+        turned.things = [copy.copy(thing) for thing in sight.things]
+        for thing in turned.things:
+            aim(thing, gravity, sight.pixels, sight.frame_time, seed)
+        yield scene_data(turned, told, form, usual, gravity)
+
+
+def _rivals(thing: Thing) -> Iterator[Thing]:
+    """The thing with its second nozzle or law, if that explains it nearly as well."""
+    if len(thing.nozzles) > 1:
+        one, two = thing.nozzles[:2]
+        if two.error < RIVAL_NOZZLE * one.error + 0.05:
+            other = copy.copy(thing)
+            other.nozzles = [two, one]
+            yield other
+    if thing.kind == "kinematic_collider" and len(thing.laws) > 1:
+        best, next_ = thing.laws[:2]
+        if next_.error < best.error + RIVAL_LAW:
+            other = copy.copy(thing)
+            other.laws = [next_, best]
+            yield other
+
+
+def _known(sight: Sight, told: Told) -> Known:
+    contact, fly = 0, {}
+    for number, thing in enumerate(sight.things):
+        if thing.kind == "dynamic_body" and thing.poses is not None:
+            contact = max(contact, thing.poses.rigid(RIGID))
+            flight = thing.flight
+            fly[number] = flight is not None and flight.frames > LEAST
+        if thing.kind == "emitter" and thing.track is not None:
+            contact = max(contact, thing.track.first + 8)
+    return Known(
+        told={k: thing.told for k, thing in enumerate(sight.things)},
+        walls="walls" in told.environment,
+        contact=contact,
+        fly=fly,
+        touched=_touched(sight.things),
+    )
+
+
+def _touched(things: Sequence[Thing]) -> list[int]:
+    matter = [
+        thing.track.masks.any(axis=0)
+        for thing in things
+        if thing.track is not None and thing.kind in ("dynamic_body", "emitter")
+    ]
+    if not matter:
+        return []
+    everywhere = np.any(matter, axis=0).astype(np.uint8)
+    near = cv2.dilate(everywhere, np.ones((NEAR, NEAR), np.uint8)) > 0
+    return [
+        number
+        for number, thing in enumerate(things)
+        if thing.kind == "static_collider"
+        and thing.track is not None
+        and bool((thing.track.masks[0] & near).any())
+    ]

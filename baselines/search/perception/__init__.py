@@ -1,0 +1,1 @@
+"""What can be read off the frames: colours, shapes, motions, nozzles."""

@@ -1,0 +1,138 @@
+"""Drops one by one: where they were born, how fast they leave, how large they are."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.baselines.search.perception.flow import Hit
+from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.perception.poses import Poses
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+FLIGHT: Final = 7  # frames of a drop that tells gravity
+MOST_FLIGHTS: Final = 6
+LEAST: Final = 12  # pixels of a drop
+COMPACT: Final = 0.6  # part of its box that a drop fills
+NEAR: Final = 5.0  # how far a drop is from where it is expected [px]
+NEAR_AT_FIRST: Final = 16.0  # the same, before its velocity is known [px]
+DRAWN_LARGER: Final = 0.2  # by the drawing, all around [px]
+
+
+@dataclass
+class _Drop:
+    frames: list[int]
+    places: list[Floats]
+    areas: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Drops:
+    """What drops tell of their nozzle."""
+
+    velocity: tuple[float, float]
+    """At birth [m/s]."""
+    births: tuple[tuple[float, float, float], ...]
+    """Time [s] and place [m] of each drop when it is seen first, in order."""
+    radius: float
+    """[m]."""
+    steady: bool
+    """Whether they have the form and the number of drops, rather than of a jet."""
+
+
+def drops_of(
+    masks: Mask,
+    pixels: Pixels,
+    gravity: Sequence[float],
+    frame_time: float,
+    hit: Hit,
+) -> Drops | None:
+    """Follow compact pieces through frames; None if there are none."""
+    free = masks & (hit.beneath(pixels) == 0)
+    free[: hit.frame + 1] = masks[: hit.frame + 1]
+    found = [d for d in _followed(free, pixels) if len(d.frames) >= 3]
+    if not found:
+        return None
+    area = float(np.median([max(d.areas) for d in found]))
+    found = [d for d in found if max(d.areas) < 2.2 * area]
+    starts = []
+    for drop in found:
+        count = min(len(drop.frames), 5)
+        time = frame_time * np.arange(count)
+        free = np.array(drop.places[:count]) - np.outer(time**2 / 2, gravity)
+        a = np.stack([np.ones(count), time], axis=1)
+        (place, velocity), *_ = np.linalg.lstsq(a, free, rcond=None)
+        starts.append((drop.frames[0] * frame_time, place, velocity))
+    starts.sort(key=lambda s: s[0])
+    velocity = np.median([v for _, _, v in starts], axis=0)
+    alike = [s for s in starts if np.hypot(*(s[2] - velocity)) < 0.4] or starts
+    velocity = np.mean([v for _, _, v in alike], axis=0)
+    radius = math.sqrt(area / math.pi) - DRAWN_LARGER
+    return Drops(
+        (float(velocity[0]), float(velocity[1])),
+        tuple((t, float(p[0]), float(p[1])) for t, p, _ in alike),
+        radius / pixels.side,
+        steady=_are_drops(masks, found),
+    )
+
+
+def _are_drops(masks: Mask, found: Sequence[_Drop]) -> bool:
+    """Whether the first frames show as many pixels as drops have."""
+    first = int(np.argmax(masks.any(axis=(1, 2))))
+    seen = [float(masks[k].sum()) for k in range(first, min(first + 4, len(masks)))]
+    grows = len(seen) > 2 and seen[2] > 1.6 * seen[1] > 2.2 * seen[0]
+    return len(found) >= 3 or (len(found) >= 1 and not grows)
+
+
+def _followed(masks: Mask, pixels: Pixels) -> list[_Drop]:
+    all_: list[_Drop] = []
+    scale = 1.0 / pixels.side
+    for number, mask in enumerate(masks):
+        free = _compact(mask, pixels)
+        for drop in all_:
+            if drop.frames[-1] != number - 1 or not free:
+                continue
+            expected, near = drop.places[-1], NEAR_AT_FIRST
+            if len(drop.places) > 1:
+                expected, near = 2 * expected - drop.places[-2], NEAR
+            k = int(np.argmin([np.hypot(*(place - expected)) for place, _ in free]))
+            place, area = free[k]
+            ratio = area / drop.areas[-1]
+            if np.hypot(*(place - expected)) < near * scale and 0.6 < ratio < 1.7:
+                drop.frames.append(number)
+                drop.places.append(place)
+                drop.areas.append(area)
+                del free[k]
+        all_ += [_Drop([number], [place], [area]) for place, area in free]
+    return all_
+
+
+def _compact(mask: Mask, pixels: Pixels) -> list[tuple[Floats, float]]:
+    count, _, stats, centers = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    found = []
+    for k in range(1, count):
+        _, _, w, h, area = (int(v) for v in stats[k])
+        if area >= LEAST and area > COMPACT * w * h and 0.65 < w / h < 1.55:
+            place = pixels.places(centers[k][1], centers[k][0])
+            found.append((place, float(area)))
+    return found
+
+
+def flights_of_drops(masks: Mask, pixels: Pixels) -> list[Poses]:
+    """Drops that fly for some frames, as poses, the longest flights first."""
+    found = [d for d in _followed(masks, pixels) if len(d.frames) >= FLIGHT]
+    found.sort(key=lambda d: -len(d.frames))
+    return [
+        Poses(
+            np.array(drop.places) - drop.places[0],
+            np.zeros(len(drop.places)),
+            np.ones(len(drop.places)),
+        )
+        for drop in found[:MOST_FLIGHTS]
+    ]

@@ -1,0 +1,326 @@
+"""Nozzles: place, direction, speed, rate, width and kind, from free flight."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.baselines.search.perception.drops import Drops, drops_of
+from mpmworlds.baselines.search.perception.evolution import evolve
+from mpmworlds.baselines.search.perception.flow import SPACING, WALL, Flow, Hit
+from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.perception.tracks import Track
+from mpmworlds.sim.program.features.emission import GOLDEN
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+Data = dict[str, Any]
+
+MOST_FRAMES: Final = 9  # that a fit compares
+LONGEST: Final = 26  # frames that count at most
+DENSE: Final = 0.9  # of the densest jet: how dense most are
+DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
+HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
+# A misfit of other kinds after which a kind is not tried.
+GOOD: Final = {"jet": 1.5, "rain": 0.5, "hose": 0.1}
+USUAL_WIDTH: Final = 0.05  # between the outermost drops of a nozzle [m]
+NAMES: Final = ("x", "y", "speed", "heading", "rate", "width", "start")
+MORE: Final = {"jet": (), "rain": ("radius",), "hose": ("swing", "period")}
+FINER: Final = 0.4  # steps of what drops tell well
+STEPS: Final = {
+    "x": 0.02,
+    "y": 0.02,
+    "speed": 0.3,
+    "heading": 0.2,
+    "rate": 0.25,
+    "width": 0.3,
+    "start": 0.012,
+    "radius": 0.1,
+    "swing": 12.0,
+    "period": 0.2,
+}
+
+
+@dataclass(frozen=True)
+class Nozzle:
+    """A nozzle that explains what is seen of a thing that was not there at first."""
+
+    shape: Data
+    """Box, plain data."""
+    emission: Data
+    """Plain data, without a stop."""
+    error: float
+    """Misfit of its free flight, see `Flow.misfit`."""
+
+
+def nozzles_of(
+    track: Track,
+    pixels: Pixels,
+    gravity: Sequence[float],
+    frame_time: float,
+    calls: int,
+    seed: int,
+    told: Mapping[str, Any],
+) -> list[Nozzle]:
+    """Nozzles of each kind, the likeliest first.
+
+    Parameters
+    ----------
+    track
+        What comes out.
+    pixels
+        Where its pixels are.
+    gravity
+        [m/s^2].
+    frame_time
+        Simulated time between frames [s].
+    calls
+        Free flights to try for each kind.
+    seed
+        Which draws.
+    told
+        What is known of it: plain data of an emitter with gaps.
+    """
+    hit = _first_hit(track, pixels, gravity)
+    flows = {
+        kind: Flow(track.masks, track.hidden, frames, pixels, frame_time, hit)
+        for kind, frames in _frames(track, hit).items()
+    }
+    drops = drops_of(track.masks, pixels, gravity, frame_time, hit)
+    known = dict(told.get("emission") or {})
+    kinds = [known["type"]] if "type" in known else _kinds(drops)
+    start = _Start(track, pixels, gravity, frame_time, drops, told)
+    found: list[tuple[float, Nozzle]] = []
+    for kind in kinds:
+        if found and min(error for error, _ in found) < GOOD[kind]:
+            break
+        best: tuple[float, dict[str, float]] | None = None
+        for numbers in start.of(kind):
+            names = [n for n in (*NAMES, *MORE[kind]) if n not in start.locked]
+
+            def cost(
+                x: Floats,
+                kind: str = kind,
+                names: Any = names,
+                numbers: Any = numbers,
+            ) -> float:
+                trial = numbers | dict(zip(names, map(float, x), strict=True))
+                return flows[kind].misfit(_nozzle(kind, trial), gravity)
+
+            error, x = evolve(
+                cost,
+                [numbers[n] for n in names],
+                [STEPS[n] * (FINER if kind == "rain" else 1.0) for n in names],
+                calls,
+                seed,
+            )
+            if best is None or error < best[0]:
+                best = error, numbers | dict(zip(names, map(float, x), strict=True))
+        if best is not None:
+            extra = HOSE_HANDICAP if kind == "hose" else 0.0
+            found.append((best[0] + extra, _finished(kind, best[1], best[0])))
+    return [nozzle for _, nozzle in sorted(found, key=lambda pair: pair[0])]
+
+
+def _kinds(drops: Drops | None) -> list[str]:
+    return ["rain", "jet"] if drops is not None and drops.steady else ["jet", "hose"]
+
+
+def _first_hit(track: Track, pixels: Pixels, gravity: Sequence[float]) -> Hit:
+    """When and where it first touches a wall or another thing."""
+    edge = round((WALL + 0.006) * pixels.side)
+    walls = np.ones(track.masks.shape[1:], np.bool_)
+    walls[edge : pixels.side - edge, edge : pixels.side - edge] = False
+    down = np.asarray(gravity, np.float64)
+    down = down / max(float(np.hypot(*down)), 1e-6)
+    for number in range(track.first + 1, len(track.masks)):
+        kernel = np.ones((3, 3), np.uint8)
+        near = cv2.dilate(track.hidden[number].astype(np.uint8), kernel) > 0
+        touched = track.masks[number] & (walls | near)
+        if touched.any():
+            depth = float((pixels.places(*np.nonzero(touched)) @ down).min())
+            return Hit(number - 1, depth, (float(down[0]), float(down[1])))
+    return Hit(len(track.masks), math.inf, (float(down[0]), float(down[1])))
+
+
+def _frames(track: Track, hit: Hit) -> dict[str, list[int]]:
+    """Frames that count for each kind: of a jet those before it hits anything."""
+    first, last = track.first, len(track.masks) - 1
+    until = {
+        "jet": min(max(hit.frame, first + 2), first + 8, last),
+        "hose": min(max(hit.frame, first + 4), first + LONGEST, last),
+        "rain": min(first + LONGEST, last),
+    }
+    found = {}
+    for kind, end in until.items():
+        picked = np.linspace(max(first - 1, 0), end, min(MOST_FRAMES, end - first + 2))
+        found[kind] = sorted({round(float(k)) for k in picked} | {first})
+    return found
+
+
+class _Start:
+    """Where fits start."""
+
+    def __init__(
+        self,
+        track: Track,
+        pixels: Pixels,
+        gravity: Sequence[float],
+        frame_time: float,
+        drops: Drops | None,
+        told: Mapping[str, Any],
+    ) -> None:
+        self._masks, self._pixels, self._drops = track.masks, pixels, drops
+        self._g, self._frame = np.asarray(gravity, np.float64), frame_time
+        self._first = track.first
+        self._told = _numbers_told(told)
+        self.locked = set(self._told)
+
+    def of(self, kind: str) -> list[dict[str, float]]:
+        """Numbers to start a kind with."""
+        if kind == "rain" and self._drops is not None:
+            return [self._of_drops(self._drops) | self._told]
+        plain = self._of_growth() | self._told
+        if kind == "rain":
+            return [plain | {"radius": math.log(0.02), "width": math.log(0.15)}]
+        if kind == "hose":
+            swings = {"period": 1.1}
+            both = [plain | {"swing": s * 22.0} | swings for s in (1, -1)]
+            return [numbers | self._told for numbers in both][
+                : 2 - ("swing" in self._told)
+            ]
+        return [plain]
+
+    def _of_growth(self) -> dict[str, float]:
+        """From how the middle moves and the area grows in the first frames."""
+        early = range(self._first, min(self._first + 4, len(self._masks)))
+        a, b = self._masks[early[0]], self._masks[early[-1]]
+        start, end = self._pixels.centroid(a), self._pixels.centroid(b)
+        time = max((early[-1] - early[0]) * self._frame, self._frame)
+        # The middle of a jet that grows moves at half the speed of its head.
+        velocity = 2.0 * (end - start) / time - self._g * time / 3.0
+        speed = min(max(float(np.hypot(*velocity)), 0.3), 6.0)
+        heading = math.atan2(velocity[1], velocity[0])
+        across = np.array([-math.sin(heading), math.cos(heading)])
+        places = self._pixels.places(*np.nonzero(b))
+        width = max(float(np.ptp(places @ across)), 0.015)
+        back = velocity / max(speed, 1e-6)
+        along = (self._pixels.places(*np.nonzero(a)) - start) @ back
+        origin = start + back * float(along.min())
+        return {
+            "x": float(origin[0]),
+            "y": float(origin[1]),
+            "speed": speed,
+            "heading": heading,
+            "rate": math.log(DENSE * width * speed / SPACING**2),
+            "width": math.log(width),
+            "start": max((self._first - 0.7) * self._frame, 0.0),
+        }
+
+    def _of_drops(self, drops: Drops) -> dict[str, float]:
+        """From the order of drops: each is a golden step aside from the one before."""
+        velocity = np.array(drops.velocity)
+        speed = max(float(np.hypot(*velocity)), 0.1)
+        ahead = velocity / speed
+        across = np.array([-ahead[1], ahead[0]])
+        seen = np.array([birth[0] for birth in drops.births])
+        places = np.array([birth[1:] for birth in drops.births])
+        along = places @ ahead
+        # Drops are born in the frame before the one that shows them first.
+        level = 0.5 * (along.max() - speed * self._frame + along.min())
+        born = seen - np.clip((along - level) / speed, 0.0, self._frame)
+        numbers, gap = _numbered(born, len(self._masks) * self._frame)
+        start = float(np.mean(born - gap * (numbers + 0.5)))
+        if "start" in self._told or start < 0.7 * self._frame:
+            level -= speed * (self._told.get("start", 0.0) - start)
+            start = self._told.get("start", 0.0)
+        middle, width = _spread(places @ across, numbers)
+        center = level * ahead + middle * across
+        count = max(round(math.pi * (drops.radius / SPACING) ** 2), 1)
+        return {
+            "x": float(center[0]),
+            "y": float(center[1]),
+            "speed": speed,
+            "heading": math.atan2(velocity[1], velocity[0]),
+            "rate": math.log(count / gap),
+            "width": math.log(width + 2 * drops.radius),
+            "start": start,
+            "radius": math.log(max(drops.radius, 0.004)),
+        }
+
+
+def _numbered(born: Floats, seen: float) -> tuple[Floats, float]:
+    """Numbers of drops by their births [s], and the time between two of them [s]."""
+    if len(born) == 1:  # the next one is not born yet
+        return np.zeros(1), max(seen - float(born[0]), float(born[0]), 0.02)
+    gap = float(np.median(np.diff(born))) if len(born) > 2 else float(born[1] - born[0])
+    gap = max(gap, 0.004)
+    numbers = np.arange(len(born), dtype=np.float64)
+    for _ in range(3):
+        slope = float(np.polyfit(numbers, born, 1)[0])
+        if slope <= 0.0:
+            break
+        gap = slope
+        numbers = np.maximum.accumulate(np.rint((born - born[0]) / gap))
+    return numbers, gap
+
+
+def _spread(side: Floats, numbers: Floats) -> tuple[float, float]:
+    """Middle and extent of places across a nozzle, of drops by their numbers."""
+    part = numbers * GOLDEN % 1.0 - 0.5
+    if len(side) > 2:
+        columns = np.stack([np.ones(len(side)), part], axis=1)
+        (middle, width), *_ = np.linalg.lstsq(columns, side, rcond=None)
+        if 0.0 < width < 0.9:
+            return float(middle), float(width)
+    width = max(USUAL_WIDTH, 1.2 * float(np.ptp(side)))
+    return float((side - width * part).mean()), width
+
+
+def _numbers_told(told: Mapping[str, Any]) -> dict[str, float]:
+    """What is known of the numbers of a nozzle."""
+    emission, shape = told.get("emission") or {}, told.get("shape") or {}
+    found: dict[str, float] = {}
+    logs = {"rate": "rate", "drop_radius": "radius"}
+    plain = {"start": "start", "swing_deg": "swing", "period": "period"}
+    found |= {logs[k]: math.log(v) for k, v in emission.items() if k in logs}
+    found |= {plain[k]: float(v) for k, v in emission.items() if k in plain}
+    if "size" in shape:  # nozzles lie across their jets
+        found["width"] = math.log(float(shape["size"][0]))
+    if "center" in shape:
+        found["x"], found["y"] = (float(v) for v in shape["center"])
+    return found
+
+
+def _nozzle(kind: str, v: Mapping[str, float]) -> Data:
+    radius = min(max(math.exp(v.get("radius", -4.0)), 0.004), 0.12)
+    width = min(max(math.exp(v["width"]), 0.012), 0.9)
+    speed = max(abs(v["speed"]), 0.06)
+    emission: Data = {
+        "type": kind,
+        "rate": min(max(math.exp(v["rate"]), 50.0), 60_000.0),
+        "velocity": [speed * math.cos(v["heading"]), speed * math.sin(v["heading"])],
+        "start": max(v["start"], 0.0),
+    }
+    if kind == "rain":
+        emission["drop_radius"] = radius
+        width = max(width, 2.0 * radius + 1e-4)
+    if kind == "hose":
+        emission["swing_deg"] = min(max(v["swing"], -80.0), 80.0)
+        emission["period"] = max(v["period"], 0.1)
+    return {"center": [v["x"], v["y"]], "width": width, "emission": emission}
+
+
+def _finished(kind: str, numbers: Mapping[str, float], error: float) -> Nozzle:
+    found = _nozzle(kind, numbers)
+    shape = {
+        "type": "box",
+        "center": found["center"],
+        "angle_deg": math.remainder(math.degrees(numbers["heading"]) - 90.0, 360.0),
+        "size": [found["width"], DEPTH],
+    }
+    return Nozzle(shape, found["emission"], error)

@@ -1,0 +1,116 @@
+"""The shape of a mask: fits of all kinds, and the choice among them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from mpmworlds.baselines.search.perception.forms import Start, polygons, starts
+from mpmworlds.baselines.search.perception.pixels import Data, Mask, Pixels, Seen
+from mpmworlds.baselines.search.perception.simplex import descend
+
+# A kind of more freedom must fit better by so much overlap.
+HANDICAP: Final = {
+    "circle": 0.0,
+    "box": 0.004,
+    "ellipse": 0.006,
+    "capsule": 0.006,
+    "ring": 0.004,
+    "fan_blades": 0.004,
+    "rounded_box": 0.010,
+}
+PER_CORNER: Final = 0.0035
+MOST_CORNERS: Final = 16
+GOOD: Final = 0.975  # overlap after which polygons of more corners are not tried
+UPRIGHT: Final = 0.6  # degrees from an axis that nobody meant
+MANY: Final = 8  # corners that are moved one by one
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A shape that was fitted to a mask."""
+
+    shape: Data
+    """Plain data."""
+    iou: float
+    """Overlap with the mask."""
+
+
+def fit_shape(
+    mask: Mask,
+    pixels: Pixels,
+    grown: float = 0.0,
+    care: Mask | None = None,
+    kinds: Sequence[str] = (),
+) -> Fit:
+    """The shape that a mask most likely is.
+
+    Parameters
+    ----------
+    mask, care
+        Pixels of the thing (N, N), and those that tell anything.
+    pixels
+        Where they are.
+    grown
+        By how much it is drawn larger than it is [m].
+    kinds
+        Types that it may have; any if empty.
+    """
+    seen = Seen(mask, care, pixels)
+    fits = [
+        _fitted(start, seen, grown)
+        for start in starts(mask, pixels)
+        if not kinds or start.kind in kinds
+    ]
+    best = max((f.iou for f in fits), default=0.0)
+    if not kinds or "polygon" in kinds or not fits:
+        for start in polygons(mask, pixels, MOST_CORNERS):
+            if best > GOOD and len(start.numbers) > 8 and not kinds:
+                break
+            fits.append(_fitted(start, seen, grown))
+            best = max(best, fits[-1].iou)
+    if not fits:
+        raise ValueError("no shape of the kinds asked for fits the mask")
+    return _upright(max(fits, key=_merit), seen, grown)
+
+
+def _upright(fit: Fit, seen: Seen, grown: float) -> Fit:
+    """The shape with edges along the axes, if it is nearly so and fits as well."""
+    degrees = fit.shape.get("angle_deg", 0.0)
+    nearest = 90.0 * round(degrees / 90.0)
+    if degrees == nearest or abs(degrees - nearest) > UPRIGHT:
+        return fit
+    shape = fit.shape | {"angle_deg": nearest}
+    iou = seen.iou(shape, grown)
+    return Fit(shape, iou) if iou > fit.iou - 0.002 else fit
+
+
+def _merit(fit: Fit) -> float:
+    kind = fit.shape["type"]
+    if kind == "polygon":
+        return fit.iou - PER_CORNER * len(fit.shape["vertices"])
+    return fit.iou - HANDICAP[kind]
+
+
+def _fitted(start: Start, seen: Seen, grown: float) -> Fit:
+    steps = np.array(start.steps)
+    free = steps > 0.0
+    numbers = np.array(start.numbers)
+
+    def built(x: np.ndarray) -> Data:
+        v = numbers.copy()
+        v[free] = x
+        return start.build(v.tolist())
+
+    calls = 45 * int(free.sum())
+    if start.kind == "polygon" and len(numbers) > 2 * MANY:
+        calls = 1  # the contour itself
+    _, x = descend(
+        lambda v: seen.misfit(built(v), grown), numbers[free], steps[free], calls
+    )
+    shape = built(x)
+    try:
+        return Fit(shape, seen.iou(shape, grown))
+    except ValueError:  # no valid shape, as corners that cross
+        return Fit(start.build(start.numbers), 0.0)

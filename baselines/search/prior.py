@@ -1,0 +1,180 @@
+"""What no prefix shows: a table of the train split, and the command that makes it.
+
+``python -m mpmworlds.baselines.search.prior --release DIR`` writes ``prior.yaml``
+beside this module. Whatever else search takes for granted is of train rows, too.
+"""
+
+import argparse
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import yaml
+
+from mpmworlds.files.atomic import write_atomically
+from mpmworlds.loaders.load import load
+from mpmworlds.sim.scene.objects import MATERIALS
+
+Data = dict[str, Any]
+
+PLACE: Final = "mpmworlds.baselines.search"
+TABLE: Final = "prior.yaml"
+COMMON: Final = 0.02  # share of a gravity that is tried
+DIGITS: Final = 4
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Shares and middles of the train split."""
+
+    samples: int
+    """Number of scenes counted."""
+    simulation: Data
+    """What most scenes have: cells, particles a cell, thickness of walls."""
+    frame_time: float
+    """Simulated seconds in a second of video."""
+    materials: Mapping[str, Data]
+    """Class -> share among bodies and emitters, and median of each number."""
+    same_material: float
+    """Share of scenes of one material, among those with several things of matter."""
+    gravities: Sequence[Data]
+    """Gravities that many scenes share, with their shares."""
+    walls: Sequence[Data]
+    """Contact law, friction and share of walls, the most frequent ones."""
+    contact: Data
+    """Contact of most colliders."""
+    way: Sequence[float]
+    """Quartiles of the way of translating colliders [m]."""
+    emission_stop: float
+    """Median time when emitters stop [s]."""
+
+    def typical(self, material: str) -> Data:
+        """Plain data of a typical material of a class."""
+        numbers: Data = self.materials[material]["numbers"]
+        return {"constitutive_model": material} | numbers
+
+
+@cache
+def prior() -> Prior:
+    """The recorded table."""
+    text = files(PLACE).joinpath(TABLE).read_text("utf-8")
+    return Prior(**yaml.safe_load(text))
+
+
+def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
+    """The table of scenes in plain data."""
+    all_ = list(scenes)
+    things = [thing for scene in all_ for thing in scene["objects"]]
+    matter = [t["physics_properties"] for t in things if "physics_properties" in t]
+    contacts = Counter(
+        (t["contact"]["type"], t["contact"]["friction"], t["contact"]["skin_cells"])
+        for t in things
+        if "contact" in t
+    )
+    law, friction, skin = contacts.most_common(1)[0][0]
+    ways = [
+        float(np.hypot(*k["velocity"])) * (k["stop"] - k["start"])
+        for k in (t.get("kinematics", {}) for t in things)
+        if k.get("type") == "translate"
+    ]
+    stops = [t["emission"]["stop"] for t in things if "emission" in t]
+    several = [
+        {t["physics_properties"]["constitutive_model"] for t in found}
+        for found in (_matter(scene) for scene in all_)
+        if len(found) > 1
+    ]
+    return Prior(
+        samples=len(all_),
+        simulation={
+            name: Counter(s["simulation"][name] for s in all_).most_common(1)[0][0]
+            for name in ("grid_resolution", "particles_per_cell")
+        }
+        | {
+            "thickness_cells": Counter(
+                s["environment"]["walls"]["thickness_cells"] for s in all_
+            ).most_common(1)[0][0]
+        },
+        frame_time=_round(np.median([_pace(s) for s in all_])),
+        materials=_materials(matter),
+        same_material=_round(np.mean([len(names) == 1 for names in several])),
+        gravities=[
+            {"value": list(value), "share": _round(count / len(all_))}
+            for value, count in Counter(
+                tuple(s["environment"]["gravity"]) for s in all_
+            ).most_common()
+            if count > COMMON * len(all_)
+        ],
+        walls=_walls(all_),
+        contact={"type": law, "friction": friction, "skin_cells": skin},
+        way=[_round(v) for v in np.quantile(ways, [0.25, 0.5, 0.75])],
+        emission_stop=_round(np.median(stops)),
+    )
+
+
+def _matter(scene: Mapping[str, Any]) -> list[Data]:
+    return [t for t in scene["objects"] if "physics_properties" in t]
+
+
+def _pace(scene: Mapping[str, Any]) -> float:
+    simulation = scene["simulation"]
+    frame = simulation["time_step_dt"] * simulation["substeps_per_frame"]
+    return float(frame * scene["output"]["framerate"])
+
+
+def _materials(matter: Sequence[Data]) -> dict[str, Data]:
+    by_name: dict[str, list[Data]] = defaultdict(list)
+    for properties in matter:
+        by_name[properties["constitutive_model"]].append(properties)
+    found = {}
+    for name in sorted(MATERIALS):
+        numbers = {
+            key: _round(np.median([p[key] for p in by_name[name] if key in p]))
+            for key in by_name[name][0]
+            if key != "constitutive_model"
+        }
+        share = _round(len(by_name[name]) / len(matter))
+        found[name] = {"share": share, "numbers": numbers}
+    return found
+
+
+def _walls(scenes: Sequence[Mapping[str, Any]]) -> list[Data]:
+    """For each law, its share and the median of its frictions."""
+    frictions: dict[str, list[float]] = defaultdict(list)
+    for scene in scenes:
+        walls = scene["environment"]["walls"]
+        frictions[walls["contact"]].append(walls["friction"])
+    return [
+        {
+            "contact": law,
+            "friction": _round(np.median(values)),
+            "share": _round(len(values) / len(scenes)),
+        }
+        for law, values in sorted(frictions.items(), key=lambda p: (-len(p[1]), p[0]))
+    ]
+
+
+def _round(value: Any) -> float:
+    return float(f"{float(value):.{DIGITS}g}")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Count the train split of a release and write the table."""
+    parser = argparse.ArgumentParser(description="Count what search takes for usual.")
+    parser.add_argument("--release", type=Path, required=True)
+    parser.add_argument("--config", default="recipes")
+    parser.add_argument("--out", type=Path, default=Path(__file__).with_name(TABLE))
+    options = parser.parse_args(arguments)
+    rows = load(options.release, "train", options.config).table
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    table = counted(yaml.load(text, loader) for text in rows["scene"])  # noqa: S506
+    text = yaml.safe_dump(vars(table), sort_keys=False, default_flow_style=None)
+    write_atomically(options.out, text.encode())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""What must be tried by simulation: materials, walls, gravity, numbers."""

@@ -1,0 +1,101 @@
+"""How far a prefix that a scene draws is from the one that is seen."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.baselines.search.perception.colors import Labels
+from mpmworlds.metrics import wmae
+from mpmworlds.metrics.reduction import Frames
+from mpmworlds.sim.scene.palette import rgb
+
+COARSE: Final = 32  # side of the images in which near misses count less than far ones
+EVERY: Final = 3  # frames between those that are compared so
+WEIGHTS: Final = {"overlap": 0.4, "soft": 0.4, "motion": 0.2}
+
+
+@dataclass(frozen=True)
+class Losses:
+    """How far what is drawn is off."""
+
+    whole: float
+    """Weighted mean, 0 to 1."""
+    by_color: Mapping[str, float]
+    """The same for each colour by itself, without the motion."""
+
+
+class Reference:
+    """The prefix, ready for comparisons.
+
+    Parameters
+    ----------
+    labels
+        Its frames.
+    """
+
+    def __init__(self, labels: Labels) -> None:
+        self._numbers, self._colors = labels.numbers, labels.colors
+        self._rgb = [np.array(rgb(c), np.uint8) for c in labels.colors]
+        table = np.array([(0, 0, 0), *self._rgb], np.uint8)
+        self._frames: Frames = table[labels.numbers]
+        self._soft = [
+            self._coarse(labels.numbers == k + 1) for k in range(len(self._rgb))
+        ]
+
+    @property
+    def frames(self) -> Frames:
+        """The frames in colours of the palette, (T, N, N, 3)."""
+        return self._frames
+
+    def loss(self, drawn: Frames) -> float:
+        """Weighted mean of lost overlap, coarse differences and missed motion, 0 to 1.
+
+        Frames after the end of what is drawn do not count.
+        """
+        return self.losses(drawn).whole
+
+    def losses(self, drawn: Frames) -> "Losses":
+        """As `loss`, and for each colour without the motion."""
+        count = min(len(drawn), len(self._frames))
+        by_color, overlaps, soft = {}, [], []
+        for k, name in enumerate(self._colors):
+            seen = self._numbers[:count] == k + 1
+            shown = (drawn[:count] == self._rgb[k]).all(axis=3)
+            both = (seen & shown).sum(axis=(1, 2))
+            any_ = (seen | shown).sum(axis=(1, 2))
+            if not any_.any():
+                continue
+            there = any_ > 0
+            overlaps.append(1.0 - float((both[there] / any_[there]).mean()))
+            a, b = self._coarse(shown), self._soft[k][: -(-count // EVERY)]
+            soft.append(float(np.abs(a - b).sum() / max((a + b).sum(), 1e-6)))
+            by_color[name] = (
+                WEIGHTS["overlap"] * overlaps[-1] + WEIGHTS["soft"] * soft[-1]
+            )
+        parts = {
+            "overlap": float(np.mean(overlaps)) if overlaps else 1.0,
+            "soft": float(np.mean(soft)) if soft else 1.0,
+            "motion": float(wmae(drawn[:count], self._frames[:count])),
+        }
+        whole = sum(WEIGHTS[name] * value for name, value in parts.items())
+        return Losses(whole, by_color)
+
+    @staticmethod
+    def _coarse(masks: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
+        found: Sequence[npt.NDArray[np.float32]] = [
+            cv2.GaussianBlur(
+                cv2.resize(
+                    mask.astype(np.float32),
+                    (COARSE, COARSE),
+                    interpolation=cv2.INTER_AREA,
+                ),
+                (0, 0),
+                1.0,
+            )
+            for mask in masks[::EVERY]
+        ]
+        return np.stack(found)

@@ -1,0 +1,276 @@
+"""The search itself: materials, gravity, walls, belts and numbers, by simulation."""
+
+import copy
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from mpmworlds.baselines.search.prior import Prior
+from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
+from mpmworlds.baselines.search.trials.moves import moves_of
+from mpmworlds.sim.scene.objects import MATERIALS, RELEASED
+
+Data = dict[str, Any]
+
+LEAST_LIKELY: Final = 1.0  # loss of a class that nothing is known of
+FINALISTS: Final = 3  # classes of matter that see the whole prefix
+RIVALS: Final = 3  # classes that each thing is tried with by itself
+SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
+SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
+BELT_GAIN: Final = 0.004  # loss that a belt must save
+BELT_SPEEDS: Final = (1.0, -1.0)  # [m/s]
+BELTS: Final = ("box", "capsule", "rounded_box")
+SWEEPS: Final = 3
+UNBALANCED: Final = ("ring",)  # shapes that no rigid body has if they are open
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A scene that was run, and how far its prefix is off."""
+
+    loss: float
+    """Of the whole prefix, with what is unusual about the scene."""
+    data: Data
+    """Plain data."""
+    what: str
+    """The change that made it."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is not to be sought, and what may be doubted."""
+
+    told: Mapping[int, Mapping[str, Any]]
+    """What is told of each object, by its number."""
+    walls: bool
+    """Whether the walls are told."""
+    contact: int
+    """First frame by which everything has touched something."""
+    fly: Mapping[int, bool]
+    """By the numbers of bodies, whether their flight was seen well."""
+    touched: Sequence[int]
+    """Numbers of still things that matter comes near to."""
+
+
+class Search:
+    """Improves scenes, run by run.
+
+    Parameters
+    ----------
+    lab
+        Where scenes are run.
+    prior
+        What is usual.
+    known
+        What is not to be sought.
+    """
+
+    def __init__(self, lab: Lab, prior: Prior, known: Known) -> None:
+        self._lab, self._prior, self._known = lab, prior, known
+        self._rankings: dict[int, list[str]] = {}
+        self.trials: list[Trial] = []
+        """All scenes that were run over the whole prefix."""
+
+    @property
+    def best(self) -> Trial:
+        """The best of them."""
+        return min(self.trials, key=lambda trial: trial.loss)
+
+    def run(self, scenes: Sequence[Data]) -> None:
+        """Search from scenes that differ in what was doubted, the likeliest first."""
+        try:
+            self._all_alike(scenes[0])
+            self._rivals_of_scene(scenes[1:])
+            self._walls()
+            self._each_by_itself()
+            self._belts()
+            self._refine()
+        except BudgetSpent:
+            pass
+        if not self.trials:  # the budget is of no run
+            self.trials.append(Trial(math.inf, scenes[0], "first guess"))
+
+    def _try(self, data: Data, what: str) -> Trial:
+        loss = self._lab.loss(data) + self._unusual(data)
+        self.trials.append(Trial(loss, data, what))
+        return self.trials[-1]
+
+    def _unusual(self, data: Data) -> float:
+        names = [_class(t) for t in data["objects"] if "physics_properties" in t]
+        extra = SECOND_CLASS * max(len(set(names)) - 1, 0)
+        law = data["environment"]["walls"]["contact"]
+        shares = [w["share"] for w in self._prior.walls if w["contact"] == law]
+        walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
+        return sum(map(self._rare, names)) / max(len(names), 1) + extra + walls
+
+    def _sought(self, data: Data) -> list[int]:
+        """Numbers of things whose class is not told."""
+        return [
+            number
+            for number, thing in enumerate(data["objects"])
+            if "physics_properties" in thing
+            and not self._known.told.get(number, {}).get("physics_properties")
+        ]
+
+    def _all_alike(self, data: Data) -> None:
+        """Every thing of one class: what each of them shows tells its own class."""
+        sought = self._sought(data)
+        if not sought:
+            self._try(data, "as told")
+            return
+        names = sorted(MATERIALS, key=lambda n: (-self._prior.materials[n]["share"], n))
+        scenes = {name: self._of_class(data, sought, name) for name in names}
+        early = min(max(self._known.contact + 8, 16), self._lab.frames)
+        losses = {name: self._lab.losses(scenes[name], early) for name in names}
+        ranking = sorted(
+            names, key=lambda n: losses[n].whole + self._unusual(scenes[n])
+        )
+        for number in sought:
+            color = data["objects"][number]["visualization"]["color"]
+            self._rankings[number] = sorted(
+                (n for n in ranking if may_be(data["objects"][number], n)),
+                key=lambda n: (
+                    losses[n].by_color.get(color, LEAST_LIKELY) + self._rare(n)
+                ),
+            )
+        mixed = copy.deepcopy(data)
+        for number in sought:
+            best = self._prior.typical(self._rankings[number][0])
+            mixed["objects"][number]["physics_properties"] = best
+        self._try(scenes[ranking[0]], f"all {ranking[0]}")
+        if _classes(mixed) != _classes(scenes[ranking[0]]):
+            self._try(mixed, "each as it looks best")
+        for name in ranking[1:FINALISTS]:
+            self._try(scenes[name], f"all {name}")
+
+    def _rare(self, name: str) -> float:
+        return -SURPRISE * math.log(self._prior.materials[name]["share"])
+
+    def _of_class(self, data: Data, numbers: Sequence[int], name: str) -> Data:
+        changed = copy.deepcopy(data)
+        for number in numbers:
+            thing = changed["objects"][number]
+            fitting = name if may_be(thing, name) else "elastic"
+            thing["physics_properties"] = self._prior.typical(fitting)
+        return changed
+
+    def _rivals_of_scene(self, scenes: Sequence[Data]) -> None:
+        """Scenes of another gravity, law or nozzle, of the best matter so far."""
+        for scene in scenes:
+            changed = copy.deepcopy(scene)
+            for number in self._sought(scene):
+                matter = self.best.data["objects"][number]["physics_properties"]
+                changed["objects"][number]["physics_properties"] = dict(matter)
+            self._try(changed, "another reading of the prefix")
+
+    def _walls(self) -> None:
+        """Walls trade against matter: each law with the best two classes."""
+        if self._known.walls:
+            return
+        rivals = _distinct(self.trials, _classes)[:2]
+        for trial in rivals:
+            for walls in self._prior.walls[1:]:
+                changed = copy.deepcopy(trial.data)
+                changed["environment"]["walls"] |= {
+                    key: walls[key] for key in ("contact", "friction")
+                }
+                self._try(changed, f"walls {walls['contact']}")
+
+    def _each_by_itself(self) -> None:
+        """Each thing of another class than the others, one by one and in pairs."""
+        sought = self._sought(self.best.data)
+        if len(sought) < 2:
+            return
+        tried: set[tuple[str, ...]] = set()
+        for _ in range(2):
+            before = self.best
+            if _classes(before.data) in tried:
+                return
+            tried.add(_classes(before.data))
+            for number in sought:
+                for name in self._rankings[number][:RIVALS]:
+                    thing = self.best.data["objects"][number]
+                    if name == _class(thing):
+                        continue
+                    changed = self._of_class(self.best.data, [number], name)
+                    self._try(changed, f"{number} {name}")
+            if self.best is before:
+                return
+
+    def _belts(self) -> None:
+        """Still things that matter comes near to may be belts."""
+        for number in self._known.touched:
+            thing = self.best.data["objects"][number]
+            told = self._known.told.get(number, {})
+            if thing["shape"]["type"] not in BELTS or told.get("object_type"):
+                continue
+            before = self.best
+            for speed in BELT_SPEEDS:
+                changed = copy.deepcopy(before.data)
+                belt = changed["objects"][number]
+                belt["object_type"] = "kinematic_collider"
+                belt["kinematics"] = {"type": "conveyor", "surface_speed": speed}
+                belt["contact"] = {"type": "slip", "friction": 0.8, "skin_cells": 0.3}
+                loss = self._lab.loss(changed) + self._unusual(changed)
+                if loss < before.loss - BELT_GAIN:
+                    self.trials.append(Trial(loss, changed, f"{number} is a belt"))
+
+    def _refine(self) -> None:
+        """Numbers one by one, with steps that grow where they help."""
+        steps: dict[str, float] = {}
+        for _ in range(SWEEPS):
+            moves = list(
+                moves_of(self.best.data, self._known.told, fly=self._known.fly)
+            )
+            for move in moves:
+                step = steps.setdefault(move.what, move.step)
+                for signed in (step, -step):
+                    before = self.best
+                    trial = self._try(move.of(before.data, signed), move.what)
+                    if trial.loss < before.loss:
+                        steps[move.what] = 1.2 * signed
+                        break
+                else:
+                    steps[move.what] = 0.5 * step
+
+    def candidates(self, count: int) -> list[Trial]:
+        """The best scenes that differ in more than small numbers, best first."""
+        return _distinct(self.trials, _reading)[:count]
+
+
+def may_be(thing: Mapping[str, Any], name: str) -> bool:
+    """Whether a thing may be of a class."""
+    if thing["object_type"] == "emitter":
+        return name in RELEASED
+    shape = thing["shape"]
+    open_ = shape["type"] in UNBALANCED and shape.get("opening_deg", 0.0) > 0.0
+    return name != "rigid" or not open_
+
+
+def _class(thing: Mapping[str, Any]) -> str:
+    return str(thing["physics_properties"]["constitutive_model"])
+
+
+def _classes(data: Data) -> tuple[str, ...]:
+    return tuple(_class(t) for t in data["objects"] if "physics_properties" in t)
+
+
+def _reading(data: Data) -> tuple[Any, ...]:
+    environment = data["environment"]
+    kinds = tuple(thing["object_type"] for thing in data["objects"])
+    walls = environment["walls"]["contact"]
+    return _classes(data), tuple(environment["gravity"]), walls, kinds
+
+
+def _distinct(trials: Sequence[Trial], by: Any) -> list[Trial]:
+    """The best trial of each kind, best first."""
+    return list(_first_of_each(sorted(trials, key=lambda t: t.loss), by))
+
+
+def _first_of_each(trials: Sequence[Trial], by: Any) -> Iterator[Trial]:
+    seen = set()
+    for trial in trials:
+        if (key := by(trial.data)) not in seen:
+            seen.add(key)
+            yield trial

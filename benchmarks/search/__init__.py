@@ -1,0 +1,1 @@
+"""Program search: what it recovers."""

@@ -1,0 +1,179 @@
+"""What is seen of small known scenes is what is there."""
+
+import cv2
+import numpy as np
+import pytest
+
+from mpmworlds.baselines.search.guess import look
+from mpmworlds.baselines.search.perception.colors import MOST_COLORS, labels_of
+from mpmworlds.baselines.search.perception.laws import amplitude_of
+from mpmworlds.baselines.search.perception.pixels import Pixels, covered
+from mpmworlds.baselines.search.perception.shapes import fit_shape
+from mpmworlds.baselines.search.prior import prior
+from mpmworlds.baselines.search.side import Told
+from mpmworlds.sim.scene.objects import SHAPES
+from tests.baselines.search.worlds import COLORS, FRAME, checked, prefix_of, world
+
+PIXELS = Pixels.of(256, 512)
+MOVING = ("still", "wall", "fan", "gate", "bowl", "brick", "ball")
+POURED = ("jet", "rain")
+
+
+def seen(*names, **options):
+    """Scene of some things, and each of them as it is seen."""
+    scene = world(*names, **options)
+    sight = look(labels_of(prefix_of(scene)), PIXELS, FRAME, Told(), seed=0)
+    found = {t.track.color: t for t in sight.things}
+    return scene, sight, [found[COLORS[k]] for k in range(len(names))]
+
+
+@pytest.fixture(scope="module")
+def moving():
+    return seen(*MOVING, gravity=(1.0, -6.0))
+
+
+@pytest.fixture(scope="module")
+def poured():
+    return seen(*POURED)
+
+
+def test_object_types_are_found(moving, poured):
+    for scene, _, things in (moving, poured):
+        assert [t.kind for t in things] == [o.object_type for o in scene.objects]
+
+
+def test_shapes_are_found(moving):
+    scene, _, things = moving
+    for thing, truth in zip(things, scene.objects, strict=True):
+        assert thing.fit.shape["type"] == truth.shape.type
+        there = covered(truth.shape.model_dump(mode="json"), PIXELS)
+        found = covered(thing.fit.shape, PIXELS)
+        assert (there & found).sum() / (there | found).sum() > 0.97, truth.name
+
+
+def law(things, name):
+    thing = things[MOVING.index(name)]
+    return thing.laws[0].kinematics
+
+
+def test_a_rotation_is_measured(moving):
+    found = law(moving[2], "fan")
+    assert found["type"] == "rotate"
+    assert found["angular_velocity"] == pytest.approx(-4.0, rel=0.01)
+
+
+def test_a_translation_is_measured_with_its_times(moving):
+    found = law(moving[2], "gate")
+    assert found["type"] == "translate"
+    assert found["velocity"] == pytest.approx([0.0, 0.35], abs=0.005)
+    assert (found["start"], found["stop"]) == pytest.approx((0.2, 0.6), abs=0.01)
+
+
+def test_an_oscillation_is_measured_with_its_turn(moving):
+    found = law(moving[2], "bowl")
+    assert found["type"] == "oscillate"
+    sign = np.sign(np.sin(np.radians(found["phase_deg"])))
+    assert found["frequency"] == pytest.approx(2.0, rel=0.01)
+    assert sign * found["amplitude_deg"] == pytest.approx(20.0, rel=0.05)
+    assert sign * np.array(found["amplitude"]) == pytest.approx([0.03, 0.0], abs=0.002)
+
+
+def test_an_amplitude_is_measured_for_a_phase_that_is_told(moving):
+    poses = moving[2][MOVING.index("bowl")].poses
+    for phase, sign in ((90.0, 1.0), (-90.0, -1.0)):
+        found = amplitude_of(poses, FRAME, 2.0, phase)
+        assert found == pytest.approx([sign * 0.03, 0.0], abs=0.002)
+
+
+def test_gravity_and_velocities_are_read_off_flights(moving):
+    _, sight, things = moving
+    assert sight.gravities[0].sure
+    assert sight.gravities[0].value == pytest.approx((1.0, -6.0), abs=0.25)
+    brick = things[MOVING.index("brick")].flight
+    assert brick.velocity == pytest.approx((0.3, 0.6), abs=0.05)
+    assert brick.spin == pytest.approx(2.0, rel=0.05)
+    assert things[MOVING.index("ball")].flight.velocity == (0.0, 0.0)
+
+
+def test_a_jet_is_measured(poured):
+    nozzle = poured[2][0].nozzles[0]
+    assert nozzle.emission["type"] == "jet"
+    assert nozzle.shape["center"] == pytest.approx([0.15, 0.8], abs=0.012)
+    assert nozzle.emission["velocity"] == pytest.approx([1.5, 0.0], abs=0.15)
+    assert nozzle.emission["start"] == pytest.approx(0.06, abs=0.012)
+
+
+def test_rain_is_measured_by_its_drops(poured):
+    nozzle = poured[2][1].nozzles[0]
+    assert nozzle.emission["type"] == "rain"
+    assert nozzle.shape["center"] == pytest.approx([0.6, 0.85], abs=0.015)
+    assert nozzle.emission["velocity"] == pytest.approx([0.0, -1.0], abs=0.12)
+    assert nozzle.emission["drop_radius"] == pytest.approx(0.025, rel=0.1)
+    assert nozzle.emission["rate"] == pytest.approx(4000.0, rel=0.2)
+    assert nozzle.shape["size"][0] == pytest.approx(0.3, rel=0.12)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_every_shape_is_told_from_the_others(name):
+    shape = EXAMPLES[name] | {"type": name, "center": [0.47, 0.52]}
+    mask = covered(shape, PIXELS)
+    fit = fit_shape(mask, PIXELS)
+    assert (fit.shape["type"], fit.iou > 0.98) == (name, True)
+    assert PIXELS.centroid(covered(fit.shape, PIXELS)) == pytest.approx(
+        PIXELS.centroid(mask), abs=1e-3
+    )
+
+
+EXAMPLES = {
+    "box": {"angle_deg": 25.0, "size": [0.2, 0.12]},
+    "capsule": {"angle_deg": -40.0, "length": 0.15, "radius": 0.04},
+    "circle": {"radius": 0.08},
+    "ellipse": {"angle_deg": 70.0, "semi_axes": [0.12, 0.06]},
+    "fan_blades": {
+        "angle_deg": 12.0,
+        "blade_count": 4,
+        "blade_length": 0.13,
+        "thickness": 0.03,
+    },
+    "polygon": {"vertices": [[0.0, 0.12], [-0.11, -0.06], [0.11, -0.06]]},
+    "ring": {"angle_deg": 30.0, "radius": 0.1, "thickness": 0.03, "opening_deg": 90.0},
+    "rounded_box": {"angle_deg": 10.0, "size": [0.2, 0.16], "corner_radius": 0.05},
+}
+
+
+def test_a_clip_that_was_compressed_again_has_the_same_labels():
+    frames = prefix_of(world(*MOVING, gravity=(1.0, -6.0)))[:4]
+    blurred = np.stack([cv2.GaussianBlur(frame, (0, 0), 0.6) for frame in frames])
+    noise = np.random.default_rng(1).integers(-9, 10, frames.shape)
+    worse = (blurred + noise).clip(0, 255).astype(np.uint8)
+    exact, found = labels_of(frames), labels_of(worse)
+    assert found.colors == exact.colors
+    assert (found.numbers == exact.numbers).mean() > 0.99
+    assert found.exact < exact.exact == 1.0
+
+
+def test_noise_has_no_more_colors_than_scenes_may():
+    noise = np.random.default_rng(1).integers(0, 256, (2, 64, 64, 3), np.uint8)
+    assert len(labels_of(np.repeat(noise, 4, axis=1).repeat(4, axis=2)).colors) <= (
+        MOST_COLORS
+    )
+
+
+@pytest.mark.parametrize(
+    ("shape", "told"),
+    [((0, 64, 64, 3), "with a frame at least"), ((2, 64, 64, 3), "nothing but")],
+)
+def test_a_prefix_without_anything_is_refused(shape, told):
+    with pytest.raises(ValueError, match=told):
+        labels_of(np.zeros(shape, np.uint8))
+
+
+def test_liquid_that_spins_in_flight_tells_gravity():
+    """It changes its shape, but its middle flies as any other."""
+    data = world("brick", gravity=(-1.6, -6.6)).to_data()
+    data["objects"][0]["physics_properties"] = prior().typical("liquid")
+    data["objects"][0]["initial_state"]["angular_velocity"] = -3.0
+    frames = prefix_of(checked(data))
+    sight = look(labels_of(frames), PIXELS, FRAME, Told(), seed=0)
+    assert sight.gravities[0].sure
+    assert sight.gravities[0].value == pytest.approx((-1.6, -6.6), abs=0.2)
