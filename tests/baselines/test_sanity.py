@@ -11,6 +11,7 @@ from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.report.numbers import merged_rows
 from mpmworlds.baselines.results import SUMMARY
 from mpmworlds.baselines.system import System
+from mpmworlds.builder.release.layout import RECORD
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.loaders.load import Example
 from mpmworlds.loaders.regimes import REGIMES
@@ -19,6 +20,7 @@ from mpmworlds.metrics.reduction import reduce_clip, split_clip
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scale import rescale
+from tests.baselines.made_results import made_record
 
 # Of one material each, with a motion that its numbers decide.
 NAMES = ("s04", "s07", "s12")
@@ -63,7 +65,7 @@ def examples():
 def evaluated(examples, tmp_path_factory):
     """Folders of results by predictor."""
     folder = tmp_path_factory.mktemp("sanity")
-    (folder / "SHA256SUMS").write_text("")
+    (folder / RECORD).write_text(made_record("seeds").text())
     found = {}
     for name, regime in ROWS:
         told = [dataclasses.replace(e, regime=REGIMES[regime]) for e in examples]

@@ -118,7 +118,8 @@ def test_what_rendering_took_is_logged_and_summed(jobs, tmp_path):
     timings = read_timings(store.root)
     assert sorted(t.id for t in timings) == [job.id for job in jobs]
     for timing in timings:
-        assert timing.bytes == len(store.get(timing.program_sha256).video)
+        sample = store.get(timing.program_sha256)
+        assert timing.bytes == len(sample.video) + len(sample.clip)
         assert 0 < timing.simulation_seconds < done.seconds
     assert done.bytes == sum(t.bytes for t in timings)
     assert done.simulation_seconds == sum(t.simulation_seconds for t in timings)
