@@ -61,6 +61,7 @@ class Release(Arrow):  # type: ignore[misc]  # untyped library
             for split, files in self.config.data_files.items()
         }
         self._check_names(found, index)
+        batches = index.batches()
         schema = index.schema.serialize().to_pybytes()
         return [
             datasets.SplitGenerator(
@@ -68,7 +69,7 @@ class Release(Arrow):  # type: ignore[misc]  # untyped library
                 gen_kwargs={
                     "files": dl_manager.download(list(files.values())),
                     "names": list(files),
-                    "batches": [index.batches(name) for name in files],
+                    "batches": [batches[name] for name in files],
                     "schema": schema,
                 },
             )

@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from typing import Final
 
+from mpmworlds.builder.release.layout import CLIPS
+
 # Rows of what the package's parameters build: measured costs are for one of them.
 ROWS: Final = {
     "tiny": 12,
@@ -15,7 +17,6 @@ ROWS: Final = {
 _CORE_SECONDS: Final = 18.0  # of a row at 512 px: simulation, video and clip
 _MEGABYTES: Final = 0.8  # video and clip
 _TINY: Final = (0.02, 0.003)  # core-hours and GB of all of `tiny`
-_CLIPS: Final = "-clips"
 _CLIP_SHARE: Final = 0.26  # of the bytes
 
 
@@ -24,7 +25,7 @@ def cost_of(config: str) -> str:
 
     Measured on two cores of a server at 2.5 GHz.
     """
-    name = config.removesuffix(_CLIPS)
+    name = config.removesuffix(CLIPS)
     if name not in ROWS:
         return ""
     hours, gigabytes = _TINY

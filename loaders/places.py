@@ -15,6 +15,7 @@ import pyarrow as pa
 from datasets.table import InMemoryTable
 
 from mpmworlds.builder.release.layout import (
+    CLIPS,
     PREVIEW,
     RECIPES,
     RECORD,
@@ -109,7 +110,7 @@ def _having(
 def _in_order(record: Record) -> list[str]:
     """Configurations that have videos, those with more for each row first."""
     names = [n for n in record.configs if n not in (RECIPES, PREVIEW)]
-    return sorted(names, key=lambda name: (name.endswith("-clips"), name))
+    return sorted(names, key=lambda name: (name.endswith(CLIPS), name))
 
 
 class _Files:

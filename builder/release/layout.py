@@ -204,10 +204,12 @@ class Index:
         columns = (self.table[name].to_pylist() for name in ("path", "split"))
         return dict(zip(*columns, strict=True))
 
-    def batches(self, path: str) -> list[Batch]:
-        """Batches of a file, in order."""
-        paths = self.table["path"].to_pylist()
-        return [self.at(k)[1] for k, found in enumerate(paths) if found == path]
+    def batches(self) -> dict[str, list[Batch]]:
+        """Path of each file -> its batches, in order."""
+        found: dict[str, list[Batch]] = {}
+        for row in self.table.to_pylist():
+            found.setdefault(row["path"], []).append(_batch(row))
+        return found
 
     def places(self) -> dict[str, tuple[int, int]]:
         """Id -> number of its batch among all, and of its row in that."""
@@ -220,5 +222,8 @@ class Index:
     def at(self, number: int) -> tuple[str, Batch]:
         """Path of the file of a batch, and the batch."""
         row = self.table.slice(number, 1).to_pylist()[0]
-        batch = Batch(row["offset"], row["size"], row["sha256"], tuple(row["ids"]))
-        return str(row["path"]), batch
+        return str(row["path"]), _batch(row)
+
+
+def _batch(row: dict[str, Any]) -> Batch:
+    return Batch(row["offset"], row["size"], row["sha256"], tuple(row["ids"]))

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import datasets
 
+from mpmworlds.builder.release.features import columns_of
 from mpmworlds.files.checksums import read_checksums
 from mpmworlds.loaders.clips import CLIP, VIDEO
 from mpmworlds.loaders.load import load
@@ -141,8 +142,6 @@ class Source:
             wanted = set(ids) - set(found)
             if not wanted:
                 break
-            if not {"id", "scene"} <= self.columns(config):
-                continue
             table = _table(self.release, config, split)
             for index, name in enumerate(self._ids(config, split)):
                 if name in wanted:
@@ -172,9 +171,8 @@ class Source:
         return [split for name, split in self._parts if name == config]
 
     def columns(self, config: str) -> set[str]:
-        """Names of the columns of a configuration."""
-        split = self._splits(config)[0]
-        return set(_table(self.release, config, split).column_names)
+        """Names of the columns of a configuration, which its own name decides."""
+        return {column.name for column in columns_of(config)}
 
     def _ids(self, config: str, split: str) -> list[str]:
         column = _table(self.release, config, split).data.column("id")
