@@ -5,7 +5,7 @@ asks once, and counts follow from one table. Noisy clips have up to as many as p
 they take the long way, to the same numbers.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
 
@@ -22,6 +22,21 @@ LARGEST_TABLE = 4_000_000  # counts by frame, tile and colour
 FEW = 500  # colours that are looked up as they come
 Counts = npt.NDArray[np.int64]
 V = TypeVar("V")
+
+
+def some_above(frames: Iterable[cv2.typing.MatLike], level: int) -> Iterator[Mask]:
+    """Tell where some channel of each frame, (H, W, 3), is above a level: (H * W,)."""
+    channels: Sequence[cv2.typing.MatLike] | None = None
+    for frame in frames:
+        channels = cv2.split(frame, channels)  # into the same memory: 3 times faster
+        red, green, blue = channels
+        yield (cv2.max(cv2.max(red, green), blue) > level).ravel()
+
+
+def true_in_each(masks: Mask) -> Counts:
+    """Count what is true in each of several masks, (T, P): int64 (T,)."""
+    # One after another: along an axis NumPy takes five times as long.
+    return np.array([np.count_nonzero(mask) for mask in masks], np.int64)
 
 
 class Foreground(NamedTuple):
@@ -75,15 +90,12 @@ class View:
     @cached_property
     def mask(self) -> Mask:
         """Foreground, `max(R, G, B) > 32`: bool (T, H * W)."""
-        count, height, width = self.shape
-        rows = self.clip.reshape(count * height, width, 3)
-        dark = cv2.inRange(rows, (0, 0, 0), (self.constants.foreground_level,) * 3)
-        return np.asarray(dark == 0).reshape(count, height * width)
+        return np.stack(list(some_above(self.clip, self.constants.foreground_level)))
 
     @cached_property
     def sizes(self) -> Counts:
         """Foreground pixels of each frame: (T,)."""
-        return np.asarray(np.count_nonzero(self.mask, axis=1))
+        return true_in_each(self.mask)
 
     @cached_property
     def _pixels(self) -> tuple[Colours, list[Foreground]]:

@@ -7,7 +7,7 @@ import numpy as np
 from mpmworlds.metrics.begun import first
 from mpmworlds.metrics.clips import Clip, Curve
 from mpmworlds.metrics.metric import Metric
-from mpmworlds.metrics.view import View, compared
+from mpmworlds.metrics.view import View, compared, true_in_each
 
 
 def curve(pred: Clip | View, ref: Clip | View) -> Curve:
@@ -29,7 +29,7 @@ def curve(pred: Clip | View, ref: Clip | View) -> Curve:
         If the arrays are not two clips of equal shape.
     """
     one, other = compared(pred, ref)
-    common = np.count_nonzero(one.mask & other.mask, axis=1)
+    common = true_in_each(one.mask & other.mask)
     either = one.sizes + other.sizes - common
     return np.where(either == 0, 1.0, common / np.maximum(either, 1))
 

@@ -1,5 +1,6 @@
 """Windowed MAE: difference between where and when two clips move."""
 
+from itertools import pairwise
 from typing import Final
 
 import cv2
@@ -9,7 +10,7 @@ import numpy.typing as npt
 from mpmworlds.metrics.clips import Clip, Curve
 from mpmworlds.metrics.metric import Metric
 from mpmworlds.metrics.tiles import tile_of_pixel, tile_sizes
-from mpmworlds.metrics.view import View, compared
+from mpmworlds.metrics.view import View, compared, some_above
 
 
 def _tile_changes(view: View) -> Curve:
@@ -25,10 +26,10 @@ def _tile_changes(view: View) -> Curve:
     tile = tile_of_pixel(height, width, side).ravel()
     weights = np.array(view.constants.wmae_luma, np.int32)
     sums = np.zeros((count - 1, side**2))
-    for t in range(count - 1):
-        before, after = view.clip[t], view.clip[t + 1]
-        still = cv2.inRange(cv2.absdiff(before, after), (0, 0, 0), (band,) * 3)
-        place = np.flatnonzero(still.ravel() == 0)
+    steps = list(pairwise(view.clip))
+    changed = some_above((cv2.absdiff(*step) for step in steps), band)
+    for t, ((before, after), some) in enumerate(zip(steps, changed, strict=True)):
+        place = np.flatnonzero(some)
         change = after.reshape(-1, 3)[place].astype(np.int32)
         change -= before.reshape(-1, 3)[place]
         luma = np.abs(change @ weights)
