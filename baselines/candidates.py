@@ -124,6 +124,8 @@ class Sample:
                 entries.append(candidate)
             if isinstance(entry := entries[-1], dict):
                 race.enter(number, entry)
+            ahead = [ready[number] for number in race.winners()]
+            self._runs.keep([one for one in ahead if isinstance(one, Runnable)])
         winners = race.winners()
         found = []
         for number, (candidate, entry) in enumerate(zip(ready, entries, strict=True)):

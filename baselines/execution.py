@@ -1,7 +1,7 @@
 """Candidates that must be run: programs in a sandbox, scenes as their own programs."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,6 +13,7 @@ from mpmworlds.baselines.protocol import (
     ProgramText,
     SceneText,
 )
+from mpmworlds.files.closeable import Closeable
 from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import (
     FRAMERATE,
@@ -20,7 +21,9 @@ from mpmworlds.metrics.reduction import (
     reduce_clip,
 )
 from mpmworlds.sim.program.link import link
+from mpmworlds.sim.run.forkserver import ForkServer
 from mpmworlds.sim.run.run import Outcome, run
+from mpmworlds.sim.run.running import Running
 from mpmworlds.sim.scene.scene import Scene
 
 LEAST_TIME: Final = 60.0  # seconds that any program may take
@@ -52,8 +55,10 @@ def runnable(answer: ProgramText | SceneText, form: VideoForm) -> Runnable | Fai
     return Runnable(link(scene), trusted=True)
 
 
-class Runs:
+class Runs(Closeable):
     """Runs of the candidates of one sample, each text once.
+
+    What was run as far as the prefix waits there, to go on to the end or to be dropped.
 
     Parameters
     ----------
@@ -77,6 +82,8 @@ class Runs:
         self.seconds = 0.0
         """Seconds that programs have taken so far."""
         self._limit: float | None = None
+        self._server: ForkServer | None = None
+        self._waiting: dict[Runnable, Running] = {}
         self._begun: dict[Runnable, Frames | Failure] = {}
         self._whole: dict[Runnable, Frames | Failure] = {}
 
@@ -108,16 +115,21 @@ class Runs:
         self, program: Runnable, hopeless: Callable[[Frames], bool] | None
     ) -> Frames | Failure | None:
         rate, given_up = self._form.framerate, False
-        looks = {self._drawn(count): count for count in LOOKS}
+        looks, enough = {*map(self._drawn, LOOKS)}, self._drawn(self._known)
 
         def watch(frames: list[Frames]) -> bool:
             nonlocal given_up
             if hopeless is not None and len(frames) in looks:
+                start = time.monotonic()
                 given_up = hopeless(reduce_clip(np.stack(frames), rate))
-            return not given_up
+                self.seconds -= time.monotonic() - start
+            return not given_up and len(frames) < enough
 
-        outcome = self._run(program, self._drawn(self._known), watch)
-        return None if given_up else self._reduced(outcome)
+        outcome = self._run(program, watch)
+        if not given_up:
+            return self._reduced(outcome)
+        self._drop(program)
+        return None
 
     def _drawn(self, count: int) -> int:
         """Frames that a program has drawn when so many of them are to be kept."""
@@ -127,7 +139,22 @@ class Runs:
         """Prefix and continuation that a program draws, as they are evaluated."""
         if program not in self._whole:
             self._whole[program] = self._reduced(self._run(program))
+            self._drop(program)
         return self._whole[program]
+
+    def keep(self, programs: Collection[Runnable]) -> None:
+        """Drop what waits and is not among these."""
+        for program in [p for p in self._waiting if p not in programs]:
+            self._drop(program)
+
+    def _drop(self, program: Runnable) -> None:
+        self._waiting.pop(program).close()
+
+    def close(self) -> None:
+        """Drop all that waits."""
+        self.keep(())
+        if self._server:
+            self._server.close()
 
     def _reduced(self, outcome: Outcome) -> Frames | Failure:
         if outcome.status != "ok":
@@ -140,17 +167,23 @@ class Runs:
     def _run(
         self,
         program: Runnable,
-        frames: int | None = None,
         watch: Callable[[list[Frames]], bool] | None = None,
     ) -> Outcome:
-        trusted = program.trusted or not self._sandbox
-        limit = self._limit or LEAST_TIME
-        outcome = run(program.text, frames, limit, trusted=trusted, watch=watch)
+        if program not in self._waiting:
+            self._server = self._server or ForkServer()
+            self._waiting[program] = Running(
+                program.text,
+                timeout=self._limit or LEAST_TIME,
+                trusted=program.trusted or not self._sandbox,
+                server=self._server,
+            )
+        outcome = self._waiting[program].go_on(watch)
         self.seconds += outcome.seconds
         if outcome.status == "timeout" and self._limit is None:
             self._limit = max(LEAST_TIME, TIMES_REFERENCE * self._time_of_reference())
             if self._limit > LEAST_TIME:
-                return self._run(program, frames, watch)
+                self._drop(program)
+                return self._run(program, watch)
         if outcome.status == "killed":
             raise InfrastructureError(f"a program was killed: {outcome.message}")
         return outcome

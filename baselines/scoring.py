@@ -144,9 +144,9 @@ def score_example(example: Example, predictor: AnyPredictor, how: How = HOW) -> 
     task = task_of(example)
     answers = _answers(example, task, predictor)
     scene = str(example.row.get("scene", ""))
-    runs = Runs(task.form, len(task.prefix), scene, sandbox=how.sandbox)
-    sample = Sample(example.prefix, example.continuation, task.form, runs)
-    scored = sample.scored(answers, how.selection)
+    with Runs(task.form, len(task.prefix), scene, sandbox=how.sandbox) as runs:
+        sample = Sample(example.prefix, example.continuation, task.form, runs)
+        scored = sample.scored(answers, how.selection)
     return Found(
         [_result(example, k, len(scored), one) for k, one in enumerate(scored)],
         _clip(scored, example.framerate) if how.clips else None,

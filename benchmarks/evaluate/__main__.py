@@ -4,14 +4,17 @@
 
 Candidates of a sample are programs of the kind that a model writes: its own scene with
 other materials, speeds and places, one of them right. The race runs their prefixes,
-stops losers, and runs what the prefix chooses to the end. The harness is what is left
-of the time of an evaluation when that of the programs is taken away.
+stops losers, and goes on to the end with what the prefix chooses. Both are compared in
+seconds of a processor, which other jobs of the machine hardly change, and without the
+sandbox, which adds little and hides what those that it kills have used. The harness is
+what is left of the time of an evaluation when that of the programs is taken away.
 """
 
 import argparse
 import statistics
 import time
 from itertools import pairwise
+from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 
 from mpmworlds.baselines.candidates import Sample
 from mpmworlds.baselines.execution import Runs
@@ -56,23 +59,29 @@ def measure(programs: list[str], truth: Scene, name: str) -> tuple[float, float]
     form = VideoForm(truth.simulation.duration_frames, rate, truth.output.resolution)
     frames = run(link(truth), trusted=True).expect()
     prefix, continuation = split_clip(reduce_clip(frames, rate), 15)
-    start = time.perf_counter()
+    start = used()
     for text in programs:
-        run(text)
-    everything = time.perf_counter() - start
-    start = time.perf_counter()
-    runs = Runs(form, len(prefix), truth.to_yaml())
-    scored = Sample(prefix, continuation, form, runs).scored(
-        [ProgramText(text) for text in programs], "prefix"
-    )
-    race = time.perf_counter() - start
+        run(text, trusted=True).expect()
+    everything = used() - start
+    start, begun = used(), time.perf_counter()
+    with Runs(form, len(prefix), truth.to_yaml(), sandbox=False) as runs:
+        scored = Sample(prefix, continuation, form, runs).scored(
+            [ProgramText(text) for text in programs], "prefix"
+        )
+        overhead = 1.0 - runs.seconds / (time.perf_counter() - begun)
+    race = used() - start
     whole = [s.continuation["mask_iou"] for s in scored if s.continuation]
-    overhead = 1.0 - runs.seconds / race
     print(
         f"{name:10s} {everything:9.1f} {race:10.1f} {race / everything:7.2f} "
         f"{100 * overhead:10.1f}   best {max(whole):.2f}, {len(whole)} to the end"
     )
     return race / everything, overhead
+
+
+def used() -> float:
+    """Seconds of a processor, of this process and of all that it has waited for."""
+    own, others = map(getrusage, (RUSAGE_SELF, RUSAGE_CHILDREN))
+    return own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
 
 
 if __name__ == "__main__":

@@ -48,19 +48,33 @@ def predictions(pairs: Sequence[Pair]) -> dict[str, list[Clip]]:
     }
 
 
+def touched(constant: str) -> list[str]:
+    """Names of the metrics that a constant may change: by its name, else all."""
+    own = [name for name in METRICS if constant.startswith(f"{name}_")]
+    return own or list(METRICS)
+
+
 def means(
-    made: dict[str, list[Clip]], pairs: Sequence[Pair], constants: Constants
+    made: dict[str, list[Clip]],
+    pairs: Sequence[Pair],
+    constants: Constants,
+    names: Sequence[str],
 ) -> Means:
-    """Mean of each metric for each prediction."""
+    """Mean of some metrics for each prediction."""
     references = [View(pair.truth, constants=constants) for pair in pairs]
     found: Means = {}
-    for name, clips in made.items():
+    for made_by, clips in made.items():
         views = [View(clip, constants=constants) for clip in clips]
-        found[name] = {
-            metric.name: float(
-                np.mean([metric(v, r) for v, r in zip(views, references, strict=True)])
+        found[made_by] = {
+            name: float(
+                np.mean(
+                    [
+                        METRICS[name](v, r)
+                        for v, r in zip(views, references, strict=True)
+                    ]
+                )
             )
-            for metric in METRICS.values()
+            for name in names
         }
     return found
 
@@ -68,8 +82,8 @@ def means(
 def table(pairs: Sequence[Pair]) -> str:
     """For each other value: pairs of predictions that change places, and how far."""
     made = predictions(pairs)
-    usual = means(made, pairs, CONSTANTS)
     names = list(METRICS)
+    usual = means(made, pairs, CONSTANTS, names)
     lines = [
         f"{len(pairs)} clips; means",
         "",
@@ -84,14 +98,15 @@ def table(pairs: Sequence[Pair]) -> str:
         "|---|---|---|---|",
     ]
     for constant, values in OTHERS.items():
+        seen = touched(constant)
         for value in values:
-            other = means(made, pairs, replace(CONSTANTS, **{constant: value}))
+            other = means(made, pairs, replace(CONSTANTS, **{constant: value}), seen)
             change, metric, name = max(
-                (abs(other[p][m] - usual[p][m]), m, p) for p in made for m in names
+                (abs(other[p][m] - usual[p][m]), m, p) for p in made for m in seen
             )
             swapped = [
                 f"{m}: {a} / {b}"
-                for m in names
+                for m in seen
                 for a, b in itertools.combinations(made, 2)
                 if (usual[a][m] - usual[b][m]) * (other[a][m] - other[b][m]) < 0
             ]

@@ -322,10 +322,14 @@ def _write(pipe: int, data: bytes) -> None:
         view = view[os.write(pipe, view) :]
 
 
-if __name__ == "__main__":
-    given = json.loads(sys.argv[1])
+def begin(given: dict[str, Any]) -> None:
+    """Confine this process, lock it up if need be, and run the program."""
     seconds = given.pop("sandbox")
     confine(given["memory"])
     if seconds is not None:
         seal(given["path"], given["pipe"], seconds, given["compiler"])
     main(**given)
+
+
+if __name__ == "__main__":
+    begin(json.loads(sys.argv[1]))

@@ -14,7 +14,8 @@ import cv2
 import numpy as np
 
 from mpmworlds.sim.run.encode import CODEC, decode_mp4, encode_mp4
-from mpmworlds.sim.run.run import LEAST_MEMORY, SandboxError, run
+from mpmworlds.sim.run.process import LEAST_MEMORY
+from mpmworlds.sim.run.run import SandboxError, run
 from mpmworlds.sim.run.torchcodec import judge_torchcodec
 from mpmworlds.sim.scene.palette import PALETTE, rgb
 

@@ -7,7 +7,6 @@ message is taken for what it claims only after a look at it.
 import json
 import os
 import select
-import subprocess
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpmworlds.sim.run.child import FRAME, HEADER, REPORT, SEALED, STATE, TIME
+from mpmworlds.sim.run.process import Process
 from mpmworlds.sim.run.track import Recording, Track
 
 Status = Literal[
@@ -113,7 +113,7 @@ class Channel:
         messages: int,
         deadline: float,
         printed: int | None = None,
-        process: "subprocess.Popen[bytes] | None" = None,
+        process: Process | None = None,
     ) -> None:
         self.deadline = deadline
         self._messages = messages
@@ -198,6 +198,8 @@ class Received:
         Frames that were asked for, at most; 0 for all.
     watch
         Asked after every frame, with all so far, whether to go on.
+    waits
+        Whether it was told not to go on.
     frames, recording
         The frames, and the states.
     seal
@@ -206,6 +208,7 @@ class Received:
 
     most: int = 0
     watch: Watch | None = None
+    waits: bool = False
     frames: list[npt.NDArray[np.uint8]] = field(default_factory=list)
     recording: Recording = field(default_factory=Recording)
     seal: dict[str, Any] | None = None
@@ -276,9 +279,8 @@ def _take_frame(
 ) -> Verdict | None:
     frame = np.frombuffer(payload, np.uint8)
     received.frames.append(frame.reshape(height, width, 3))
-    if received.watch and not received.watch(received.frames):
-        return "ok", ""
-    return None
+    received.waits = bool(received.watch and not received.watch(received.frames))
+    return ("ok", "") if received.waits else None
 
 
 def _check_time(received: Received, _one: int, _other: int, length: int) -> None:

@@ -4,30 +4,22 @@ Starting an interpreter that imports Taichi takes longer than a short trial. A p
 runs as in `run`, from its released text, but may be told to draw no pictures.
 """
 
-import json
 import os
 import shutil
-import signal
-import socket
-import subprocess
-import sys
 import tempfile
 import time
-from contextlib import suppress
-from importlib.resources import as_file, files
 from pathlib import Path
 
 from mpmworlds.files.closeable import Closeable
-from mpmworlds.files.scratch import Scratch
+from mpmworlds.sim.run.forkserver import ForkServer
+from mpmworlds.sim.run.process import MEMORY, check_memory, kill
 from mpmworlds.sim.run.receive import (
-    TAIL,
     Channel,
     Outcome,
     Received,
     Status,
     collect,
 )
-from mpmworlds.sim.run.run import MEMORY, check_memory, environment
 
 SHARING = 64  # programs that share kernels; more would be slower to look up
 GOODBYE = 10.0  # seconds for a program that has reported to keep its kernels and end
@@ -50,28 +42,9 @@ class WarmStart(Closeable):
     def __init__(self, memory: int = MEMORY) -> None:
         check_memory()
         self._memory = memory
-        self._scratch = Scratch()
-        self._kernels = self._scratch.path / "kernels"
-        self._log = self._scratch.path / "log"
+        self._server = ForkServer()
+        self._kernels = self._server.scratch.path / "kernels"
         self._sharing = 0
-        self._start()
-
-    def _start(self) -> None:
-        self._socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with (
-            as_file(files("mpmworlds.sim.run").joinpath("zygote.py")) as script,
-            self._log.open("wb") as log,
-            other,
-        ):
-            self._process = subprocess.Popen(
-                [sys.executable, "-I", str(script), str(other.fileno())],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                pass_fds=[other.fileno()],
-                env=environment(self._scratch.path),
-                start_new_session=True,
-            )
 
     def run(
         self, program_text: str, max_frames: int, timeout: float, *, pictures: bool
@@ -101,13 +74,14 @@ class WarmStart(Closeable):
         """
         start = time.monotonic()
         with tempfile.TemporaryDirectory(
-            dir=self._scratch.path,
+            dir=self._server.scratch.path,
             ignore_cleanup_errors=True,  # one that is killed may write while it dies
         ) as folder:
             path, log = Path(folder) / "program.py", Path(folder) / "log"
             path.write_text(program_text, "utf-8")
             received = Received(max_frames)
             arguments = {
+                "become": "trial",
                 "path": str(path),
                 "log": str(log),
                 "max_frames": max_frames,
@@ -116,7 +90,14 @@ class WarmStart(Closeable):
                 "pictures": pictures,
                 "kernels": str(self._kernels),
             }
-            pid, reader = self._fork(json.dumps(arguments).encode())
+            reader, writer = os.pipe()
+            try:
+                process = self._server.fork(arguments, [writer])
+            except RuntimeError:
+                os.close(reader)
+                raise
+            finally:
+                os.close(writer)
             channel = Channel(reader, start + timeout)
             verdict: tuple[Status, str] | None
             left_well = False
@@ -126,8 +107,7 @@ class WarmStart(Closeable):
             except TimeoutError:
                 verdict = "timeout", f"no end within {timeout:g} s"
             finally:
-                with suppress(ProcessLookupError):
-                    os.killpg(pid, signal.SIGKILL)
+                kill(process)
                 os.close(reader)
         self._sharing += 1
         if not left_well or self._sharing >= SHARING:
@@ -137,39 +117,9 @@ class WarmStart(Closeable):
         seconds = time.monotonic() - start
         return received.outcome(status, message, seconds)
 
-    def _fork(self, message: bytes) -> tuple[int, int]:
-        """Number of a new process, and the end of its pipe."""
-        for attempt in ("first", "last"):
-            reader, writer = os.pipe()
-            try:
-                socket.send_fds(self._socket, [message], [writer])
-                answer = self._socket.recv(8)
-            except OSError:
-                answer = b""
-            finally:
-                os.close(writer)
-            if answer:
-                return int.from_bytes(answer, "little"), reader
-            os.close(reader)
-            self._stop()
-            if attempt == "first":
-                self._start()
-        printed = self._log.read_text("utf-8", "replace")[-TAIL:].strip()
-        raise RuntimeError(
-            "the process that programs are forked from has died twice, perhaps for "
-            "lack of memory; run the command again, what is finished is kept. "
-            f"It says: {printed or 'nothing'}"
-        )
-
-    def _stop(self) -> None:
-        self._socket.close()
-        self._process.kill()
-        self._process.wait()
-
     def close(self) -> None:
         """End the process that is kept."""
-        self._stop()
-        self._scratch.close()
+        self._server.close()
 
 
 def _says_goodbye(pipe: int) -> bool:

@@ -1,24 +1,31 @@
 """A process that has imported what programs import, and forks for each of them.
 
-Called as `zygote.py SOCKET`, beside `child.py`. A message on the socket is the JSON of
-the arguments of `child.main` and brings the pipe along; the answer is the number of the
-new process, which leads a session of its own.
+Called as `zygote.py SOCKET`, beside `child.py`. A message on the socket is JSON: the
+arguments of `child.begin` or, for a short trial, of `child.main`, and what to `become`;
+it brings pipes along. The answer is the number of the new process, which leads a
+session of its own. A message `about` a number is answered by how that process has
+ended, or by -1 while it runs.
 """
 
 import ast
+import contextlib
+import faulthandler
 import gc
 import importlib
 import importlib.util
 import json
 import os
-import signal
 import socket
+import struct
 import sys
+import traceback
 from functools import cache
 from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 LARGEST_MESSAGE = 1 << 16
+ANSWER = struct.Struct("<q")
+RUNNING = -1
 GOODBYE = b"."  # follows the report when the kernels are written
 
 
@@ -27,24 +34,33 @@ def main(number: int) -> None:
     child = _load("child")
     for name in ("numpy", "cv2", "taichi"):
         importlib.import_module(name)
-    _spare_the_compiler()
     readout = _load("readout")
     gc.freeze()
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the children
     server = socket.socket(fileno=number)
     while True:
-        message, pipes, _, _ = socket.recv_fds(server, LARGEST_MESSAGE, 1)
+        message, pipes, _, _ = socket.recv_fds(server, LARGEST_MESSAGE, 2)
         if not message:
             return
+        arguments = json.loads(message)
+        if "about" in arguments:
+            server.sendall(ANSWER.pack(_ending_of(arguments["about"])))
+            continue
         pid = os.fork()
         if pid == 0:
             server.close()
-            arguments = json.loads(message)
+            if arguments.pop("become") == "program":
+                _become_program(child, pipes[0], pipes[1], arguments)
             if not arguments.pop("pictures"):
                 arguments["read"] = readout.read_state
-            _become(child, pipes[0], arguments)
-        os.close(pipes[0])
-        server.sendall(pid.to_bytes(8, "little"))
+            _become_trial(child, pipes[0], arguments)
+        for pipe in pipes:
+            os.close(pipe)
+        server.sendall(ANSWER.pack(pid))
+
+
+def _ending_of(pid: int) -> int:
+    found, status = os.waitpid(pid, os.WNOHANG)
+    return status if found else RUNNING
 
 
 def _load(name: str) -> ModuleType:
@@ -58,13 +74,42 @@ def _load(name: str) -> ModuleType:
     return module
 
 
-def _become(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> None:
-    """Run one program; never returns."""
+def _become_program(
+    child: ModuleType, pipe: int, printed: int, arguments: dict[str, Any]
+) -> None:
+    """Run one program as a fresh interpreter would; never returns."""
     code = 1
     try:
         os.setsid()
-        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        os.dup2(printed, 1)
+        os.dup2(printed, 2)
+        os.close(printed)
+        faulthandler.enable()
+        folder = os.path.dirname(arguments["path"])
+        os.chdir(folder)
+        os.environ["HOME"] = os.environ["TMPDIR"] = folder
+        child.begin(arguments | {"pipe": pipe})
+        code = 0
+    except SystemExit as error:
+        code = error.code if isinstance(error.code, int) else bool(error.code)
+    except BaseException:
+        traceback.print_exc()
+        raise
+    finally:
+        with contextlib.suppress(OSError, ValueError):  # it may have closed them
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code & 255)
+
+
+def _become_trial(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> None:
+    """Run one linked program for its states; never returns."""
+    code = 1
+    try:
+        os.setsid()
         gc.disable()
+        _spare_the_compiler()
         log = os.open(arguments.pop("log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(log, 1)
         os.dup2(log, 2)

@@ -442,12 +442,12 @@ def test_a_program_that_wins_and_then_fails_is_a_failure(
 
 def test_a_slow_program_gets_four_times_what_the_reference_takes(monkeypatch):
     monkeypatch.setattr(execution, "LEAST_TIME", 2.0)
-    runs = execution.Runs(VideoForm(16, 15, 32), 6, "")
-    monkeypatch.setattr(runs, "_time_of_reference", lambda: 2.0)
-    slow = execution.Runnable(program(wait=0.25).text, trusted=False)  # 4 s
-    assert len(runs.whole(slow)) == 16
-    endless = execution.Runnable(program(wait=9.0).text, trusted=False)
-    assert runs.whole(endless).outcome == "timeout"
+    with execution.Runs(VideoForm(16, 15, 32), 6, "") as runs:
+        monkeypatch.setattr(runs, "_time_of_reference", lambda: 2.0)
+        slow = execution.Runnable(program(wait=0.25).text, trusted=False)  # 4 s
+        assert len(runs.whole(slow)) == 16
+        endless = execution.Runnable(program(wait=9.0).text, trusted=False)
+        assert runs.whole(endless).outcome == "timeout"
 
 
 def test_clips_of_predictions_are_kept_on_request(make_example, provenance, tmp_path):

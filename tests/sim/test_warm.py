@@ -182,7 +182,7 @@ def test_closing_ends_the_process_and_removes_its_folder(scratch, monkeypatch):
     before = set(scratch.iterdir())
     with WarmStart() as warm:
         assert_works(warm)
-        pid = warm._process.pid
+        pid = warm._server.pid
         assert lives(pid)
         new = set(scratch.iterdir()) - before
         assert len([path for path in new if path.is_dir()]) == 1
@@ -193,7 +193,7 @@ def test_closing_ends_the_process_and_removes_its_folder(scratch, monkeypatch):
 def test_a_process_that_was_killed_is_started_again(program, alone):
     with WarmStart() as warm:
         for _ in range(2):
-            os.kill(warm._process.pid, signal.SIGKILL)
+            os.kill(warm._server.pid, signal.SIGKILL)
             outcome = warm.run(program, FRAMES, 120.0, pictures=False)
             assert_same_states(outcome.states, alone.states)
 
@@ -202,7 +202,7 @@ def test_a_process_that_cannot_start_is_an_error_that_says_why(tmp_path, monkeyp
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\necho no room for Taichi\nexit 1\n")
     broken.chmod(0o755)
-    monkeypatch.setattr("mpmworlds.sim.run.warm.sys.executable", str(broken))
+    monkeypatch.setattr("mpmworlds.sim.run.forkserver.sys.executable", str(broken))
     with WarmStart() as warm, pytest.raises(RuntimeError) as error:
         assert_works(warm)
     assert "has died twice" in str(error.value)

@@ -1,6 +1,6 @@
 """Run programs as another user, or where the kernel has no namespaces, or the like.
 
-    python confined.py '{"user": N, "deny": [names of system calls]}' < PROGRAMS
+    python confined.py '{"user": N, "deny": [system calls], "forked": BOOL}' < PROGRAMS
 
 PROGRAMS is a JSON list of `{"text", "timeout", "trusted"}`; the answer a list of
 `{"status", "message", "frames", "seconds", "seal", "left"}`, with the processes that
@@ -18,9 +18,12 @@ import sys
 import tempfile
 import threading
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 from mpmworlds.sim.run import run as module
+from mpmworlds.sim.run.forkserver import ForkServer
+from mpmworlds.sim.run.running import Running
 from mpmworlds.sim.run.sandbox import libc, seccomp, syscalls
 
 PROJECT = Path(__file__).resolve().parents[3]
@@ -39,21 +42,26 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         tempfile.tempdir = folder
         targets = make_targets(Path(folder))
-        answers = [answer(p, targets, folder) for p in json.load(sys.stdin)]
+        with ExitStack() as stack:
+            server = settings.get("forked") and stack.enter_context(ForkServer())
+            programs = json.load(sys.stdin)
+            answers = [answer(p, targets, folder, server) for p in programs]
         os.chmod(folder, 0o700)
     json.dump(answers, sys.stdout)
 
 
-def answer(program, targets, folder):
+def answer(program, targets, folder, server):
     """Run one program."""
     text = program["text"].replace("TARGETS = {", f"TARGETS = {targets} or {{", 1)
     start = time.monotonic()
     try:
-        outcome = module.run(
+        with Running(
             text,
             timeout=program.get("timeout", 60),
             trusted=program.get("trusted", False),
-        )
+            server=server,
+        ) as running:
+            outcome = running.go_on()
         found = {"status": outcome.status, "message": outcome.message}
         found["frames"] = outcome.frames[-9:, :99, :9].tolist()
         found["seal"] = outcome.sandbox
@@ -64,15 +72,24 @@ def answer(program, targets, folder):
 
 
 def left(folder):
-    """What runs a moment from now of programs that lie in a folder, or were forked."""
+    """What runs a moment from now of programs that lie in a folder."""
     time.sleep(0.3)
-    command = ["ps", "-e", "-ww", "-o", "stat=,args="]
+    command = ["ps", "-e", "-ww", "-o", "pid=,stat=,args="]
     listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    rows = [line.split(None, 2) for line in listed.splitlines()]
     return [
-        line
-        for line in listed.splitlines()
-        if str(folder) in line and not line.startswith("Z")
+        " ".join(row)
+        for row in rows
+        if not row[1].startswith("Z") and str(folder) in row[-1] + home_of(row[0])
     ]
+
+
+def home_of(pid):
+    """Folder that a process is in; what was forked does not name it."""
+    try:
+        return os.readlink(f"/proc/{pid}/cwd")
+    except OSError:  # it has ended, or is another user's
+        return ""
 
 
 def make_targets(folder):

@@ -22,6 +22,12 @@ CONFIGURATIONS = {
     "superuser, no Landlock": {"deny": NO_LANDLOCK},
     "user": {"user": 54321},
     "user, no namespaces": {"user": 54321, "deny": NO_NAMESPACES},
+    "superuser, forked": {"forked": True},
+    "user, no namespaces, forked": {
+        "user": 54321,
+        "deny": NO_NAMESPACES,
+        "forked": True,
+    },
 }
 pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="the sandbox is Linux's"),
@@ -172,7 +178,9 @@ def ends(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("configuration", ["superuser", "user, no namespaces"])
+@pytest.mark.parametrize(
+    "configuration", ["superuser", "user, no namespaces", "superuser, forked"]
+)
 @pytest.mark.parametrize("bomb", BOMBS)
 def test_a_bomb_ends_in_time_in_a_typed_outcome_and_leaves_nothing(bomb, configuration):
     outcome = ends(configuration)[bomb]
