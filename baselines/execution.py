@@ -18,6 +18,7 @@ from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import (
     FRAMERATE,
     Frames,
+    is_kept,
     reduce_clip,
 )
 from mpmworlds.sim.program.link import link
@@ -114,26 +115,22 @@ class Runs(Closeable):
     def _watched(
         self, program: Runnable, hopeless: Callable[[Frames], bool] | None
     ) -> Frames | Failure | None:
-        rate, given_up = self._form.framerate, False
-        looks, enough = {*map(self._drawn, LOOKS)}, self._drawn(self._known)
+        given_up, looks = False, [*LOOKS]
 
         def watch(frames: list[Frames]) -> bool:
             nonlocal given_up
-            if hopeless is not None and len(frames) in looks:
+            if hopeless is not None and looks and len(frames) == looks[0]:
+                looks.pop(0)
                 start = time.monotonic()
-                given_up = hopeless(reduce_clip(np.stack(frames), rate))
+                given_up = hopeless(np.stack(frames))
                 self.seconds -= time.monotonic() - start
-            return not given_up and len(frames) < enough
+            return not given_up and len(frames) < self._known
 
         outcome = self._run(program, watch)
         if not given_up:
             return self._reduced(outcome)
         self._drop(program)
         return None
-
-    def _drawn(self, count: int) -> int:
-        """Frames that a program has drawn when so many of them are to be kept."""
-        return max(count, (count - 1) * self._form.framerate // FRAMERATE + 1)
 
     def whole(self, program: Runnable) -> Frames | Failure:
         """Prefix and continuation that a program draws, as they are evaluated."""
@@ -160,7 +157,7 @@ class Runs(Closeable):
         if outcome.status != "ok":
             return Failure(outcome.status, outcome.message)
         try:
-            return reduce_clip(outcome.frames, self._form.framerate)
+            return reduce_clip(outcome.frames, FRAMERATE)
         except ValueError as error:
             return Failure("wrong_shape", str(error))
 
@@ -176,6 +173,7 @@ class Runs(Closeable):
                 timeout=self._limit or LEAST_TIME,
                 trusted=program.trusted or not self._sandbox,
                 server=self._server,
+                keep=self._keep,
             )
         outcome = self._waiting[program].go_on(watch)
         self.seconds += outcome.seconds
@@ -187,6 +185,13 @@ class Runs(Closeable):
         if outcome.status == "killed":
             raise InfrastructureError(f"a program was killed: {outcome.message}")
         return outcome
+
+    def _keep(self, index: int, frame: Frames) -> Frames | None:
+        """A frame as it is evaluated; one that is not square is left as it is."""
+        if not is_kept(index, self._form.framerate):
+            return None
+        height, width, _ = frame.shape
+        return reduce_clip(frame[None], FRAMERATE)[0] if height == width else frame
 
     def _time_of_reference(self) -> float:
         start = time.monotonic()

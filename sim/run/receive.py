@@ -45,7 +45,9 @@ OFTEN: Final = 0.2  # seconds between looks at whether the process lives
 CHUNK: Final = 1 << 20  # bytes read at once
 
 Verdict = tuple[Status, str]
-Watch = Callable[[list[npt.NDArray[np.uint8]]], bool]
+Frame = npt.NDArray[np.uint8]
+Watch = Callable[[list[Frame]], bool]
+Keep = Callable[[int, Frame], Frame | None]
 
 
 class Refused(Exception):
@@ -198,18 +200,25 @@ class Received:
         Frames that were asked for, at most; 0 for all.
     watch
         Asked after every frame, with all so far, whether to go on.
+    keep
+        What to keep of a frame, of its number and itself; None for nothing of it.
     waits
         Whether it was told not to go on.
     frames, recording
-        The frames, and the states.
+        The frames, as they are kept, and the states.
+    count, shape
+        Frames that came, and the shape of the first.
     seal
         What the sandbox says it is made of, before the program begins.
     """
 
     most: int = 0
     watch: Watch | None = None
+    keep: Keep | None = None
     waits: bool = False
-    frames: list[npt.NDArray[np.uint8]] = field(default_factory=list)
+    count: int = 0
+    shape: tuple[int, ...] = ()
+    frames: list[Frame] = field(default_factory=list)
     recording: Recording = field(default_factory=Recording)
     seal: dict[str, Any] | None = None
     size: int = 0
@@ -218,7 +227,7 @@ class Received:
         """All of it, with how the run ended."""
         frames = self.frames
         stack = np.stack(frames) if frames else np.zeros((0, 0, 0, 3), np.uint8)
-        found = self.recording.track(len(frames))
+        found = self.recording.track(self.count)
         return Outcome(status, stack, seconds, message, found, self.seal)
 
 
@@ -256,7 +265,7 @@ def collect(channel: Channel, received: Received) -> Verdict | None:
 
 
 def _check_frame(received: Received, height: int, width: int, length: int) -> None:
-    count = len(received.frames)
+    count = received.count
     sides = 1 <= height <= LARGEST_SIDE and 1 <= width <= LARGEST_SIDE
     if not sides or length != 3 * height * width:
         raise Refused(
@@ -264,8 +273,8 @@ def _check_frame(received: Received, height: int, width: int, length: int) -> No
             f"frame {count} is {(height, width)} of {length} bytes, must have sides of "
             f"1 to {LARGEST_SIDE} px and 3 bytes a pixel",
         )
-    if received.frames and received.frames[0].shape != (height, width, 3):
-        size = received.frames[0].shape[:2]
+    if received.shape not in ((), (height, width, 3)):
+        size = received.shape[:2]
         raise Refused(
             "bad_frames",
             f"frame {count} is {(height, width)}, must be {size} like frame 0",
@@ -277,14 +286,17 @@ def _check_frame(received: Received, height: int, width: int, length: int) -> No
 def _take_frame(
     received: Received, height: int, width: int, payload: bytearray
 ) -> Verdict | None:
-    frame = np.frombuffer(payload, np.uint8)
-    received.frames.append(frame.reshape(height, width, 3))
+    frame = np.frombuffer(payload, np.uint8).reshape(height, width, 3)
+    kept = received.keep(received.count, frame) if received.keep else frame
+    if kept is not None:
+        received.frames.append(kept)
+    received.count, received.shape = received.count + 1, frame.shape
     received.waits = bool(received.watch and not received.watch(received.frames))
     return ("ok", "") if received.waits else None
 
 
 def _check_time(received: Received, _one: int, _other: int, length: int) -> None:
-    if length != 8 or received.frames:
+    if length != 8 or received.count:
         raise Refused("bad_message", "it sent a time that is none")
 
 
@@ -306,8 +318,7 @@ def _take_state(
     if received.recording.add(particles, solids, payload):
         return None
     return "no_states", (
-        f"the state of frame {len(received.frames)} has another size than that of "
-        "frame 0"
+        f"the state of frame {received.count} has another size than that of frame 0"
     )
 
 
@@ -323,7 +334,7 @@ def _take_report(
     status, message = report.get("status"), report.get("message")
     if status not in STATUSES or not isinstance(message, str):
         raise Refused("bad_message", "it sent a report that is none")
-    if status == "ok" and not received.frames:
+    if status == "ok" and not received.count:
         return "no_frames", "it claims to have ended well, without a frame"
     return cast("Status", status), printable(message)
 

@@ -26,6 +26,7 @@ from mpmworlds.sim.run.process import (
 )
 from mpmworlds.sim.run.receive import (
     Channel,
+    Keep,
     Outcome,
     Received,
     Refused,
@@ -53,6 +54,9 @@ class Running(Closeable):
         As for `sim.run.run.run`. The time allowed is that in which it goes on.
     server
         Fork it from there, which is faster; else a fresh interpreter is started.
+    keep
+        What to keep of each frame, of its number and itself; None for nothing of it.
+        Only that is handed out.
 
     Raises
     ------
@@ -71,11 +75,12 @@ class Running(Closeable):
         compiler: str = "taichi",
         trusted: bool = False,
         server: ForkServer | None = None,
+        keep: Keep | None = None,
     ) -> None:
         start, module = time.monotonic(), module_of(compiler)
         check_memory()
         self._trusted = trusted
-        self._received = Received(max_frames or 0)
+        self._received = Received(max_frames or 0, keep=keep)
         self._verdict: Verdict | None = None
         with ExitStack() as stack:
             scratch = stack.enter_context(Scratch())
@@ -146,16 +151,15 @@ class Running(Closeable):
             if verdict is None:
                 channel.wait_for_end()
         except TimeoutError:
-            count = len(received.frames)
+            count = received.count
             verdict = "timeout", f"no end within the time allowed; {count} frames"
         except Refused as refused:
             verdict = refused.verdict
         if received.waits and verdict:
             return verdict
         kill(self._process)
-        status, message = verdict or _ending(
-            self._process.returncode, len(received.frames)
-        )
+        code = self._process.returncode
+        status, message = verdict or _ending(code, received.count)
         if status in TALKATIVE:
             message = f"{message}\n{channel.tail()}".strip()
         return status, message

@@ -80,8 +80,13 @@ def left(folder):
     return [
         " ".join(row)
         for row in rows
-        if not row[1].startswith("Z") and str(folder) in row[-1] + home_of(row[0])
+        if not is_over(row) and str(folder) in row[-1] + home_of(row[0])
     ]
+
+
+def is_over(row):
+    """Whether a process has ended, or has no memory left."""
+    return row[1].startswith("Z") or row[-1].startswith("[")
 
 
 def home_of(pid):
