@@ -29,6 +29,7 @@ from mpmworlds.cli import (
 from mpmworlds.cli.common import WRONG_USE, say
 from mpmworlds.cli.endings import Ended, endings_raised
 from mpmworlds.cli.pipes import readers_may_leave
+from mpmworlds.files.posix import MODULES, NotPosixError
 
 INTERRUPTED = 130
 VERBS = (
@@ -73,6 +74,11 @@ def _carried_out(options: argparse.Namespace) -> int:
             return verb(options)
     except (OSError, ValueError, LookupError, RuntimeError) as error:
         say(f"mpmworlds {options.name}: {_text(error)}")
+        return WRONG_USE
+    except ModuleNotFoundError as error:
+        if error.name not in MODULES:
+            raise
+        say(f"mpmworlds {options.name}: {NotPosixError(error.name)}")
         return WRONG_USE
     except KeyboardInterrupt:
         say(f"mpmworlds {options.name}: interrupted; run it again to go on")
