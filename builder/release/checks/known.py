@@ -48,6 +48,11 @@ class Known:
     rows_per_shard: int
 
     @cached_property
+    def key(self) -> str:
+        """Hash of its rows."""
+        return corpus_key(self.rows)
+
+    @cached_property
     def lists(self) -> Mapping[str, list[str]]:
         """Recorded lists of ids; empty if there are none."""
         folder = Path(str(RECORDED / self.name))
@@ -81,7 +86,7 @@ def known_corpora(record: Record) -> dict[str, Known]:
     for name, digest in record.corpora.items():
         if record.version == params.version and name in params.data["profiles"]:
             known = known_corpus(name)
-            if known is not None and corpus_key(known.rows) == digest:
+            if known is not None and known.key == digest:
                 found[name] = known
     return found
 
