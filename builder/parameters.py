@@ -1,7 +1,7 @@
 """The parameters of corpora: ``params.yaml``, of the package or of one's own."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -42,6 +42,14 @@ class Parameters:
     data: dict[str, Any]
     path: Path | None = None
     measured: Path | None = None
+    _ids: dict[str, list[str]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    """Profile -> its ids, once they were asked for."""
+    _drawn: dict[str, tuple[list[str], dict[str, list[str]]]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    """Profile -> ids, and their lists, once they were asked for: it takes seconds."""
 
     @classmethod
     def read(
@@ -140,9 +148,13 @@ class Parameters:
 
     def lists_of(self, config: str, ids: Iterable[str]) -> dict[str, list[str]]:
         """Splits, evaluation lists and subsets of the ids of a profile."""
-        split = Profile.from_params(self.data, config).split
-        params = ListParams.from_params(self.data, config)
-        return compute_lists(ids, split, params, passed_over(self.measured_of(config)))
+        known = sorted(ids)
+        if config not in self._drawn or self._drawn[config][0] != known:
+            split = Profile.from_params(self.data, config).split
+            params = ListParams.from_params(self.data, config)
+            passed = passed_over(self.measured_of(config))
+            self._drawn[config] = known, compute_lists(known, split, params, passed)
+        return dict(self._drawn[config][1])
 
     def subset(self, config: str) -> tuple[str, set[str] | None]:
         """Profile and ids of a configuration of a release; None for all ids.
@@ -175,7 +187,9 @@ class Parameters:
 
     def sample_ids(self, profile: str) -> list[str]:
         """Ids of a profile, sorted."""
-        return sample_ids(Profile.from_params(self.data, profile))
+        if profile not in self._ids:
+            self._ids[profile] = sample_ids(Profile.from_params(self.data, profile))
+        return list(self._ids[profile])
 
     def measured_of(self, config: str) -> list[Measured]:
         """What full runs of the evaluation samples of a profile showed."""

@@ -67,10 +67,15 @@ def _stamp(path: Path, sha256: str) -> Stamp:
     return [status.st_size, status.st_mtime_ns, sha256]
 
 
-def _record_path(root: Path) -> Path:
+def cache_folder() -> Path:
+    """Where the package keeps what it can make again."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return cache / "mpmworlds"
+
+
+def _record_path(root: Path) -> Path:
     key = hashlib.sha256(str(root.resolve()).encode()).hexdigest()
-    return cache / "mpmworlds" / "checked" / f"{key}.json"
+    return cache_folder() / "checked" / f"{key}.json"
 
 
 def _read_record(path: Path) -> dict[str, Stamp]:

@@ -1,5 +1,9 @@
 """Splits of a local release, mapped into memory as they lie there."""
 
+import hashlib
+import logging
+import secrets
+from collections.abc import Sequence
 from pathlib import Path
 
 import datasets
@@ -7,8 +11,10 @@ from datasets.arrow_reader import ReadInstruction
 
 from mpmworlds.builder.release.layout import RECORD, Record, index_path, read_record
 from mpmworlds.files.checksums import CHECKSUMS, ChecksumError, read_checksums
-from mpmworlds.loaders.integrity import check_release
+from mpmworlds.loaders.integrity import cache_folder, check_release
 from mpmworlds.loaders.missing import no_such_config
+
+_log = logging.getLogger(__name__)
 
 
 def mapped(root: Path, config: str | None, split: str) -> datasets.Dataset:
@@ -80,5 +86,30 @@ def _whole_split(
                 "hashes; fetch or build the release again"
             )
     check_release(root, [*files, index_path(config)])
-    parts = [datasets.Dataset.from_file(str(root / path)) for path in files]
+    places = _linked(root, files, record.digest(config))
+    parts = [datasets.Dataset.from_file(str(place)) for place in places]
     return datasets.concatenate_datasets(parts)
+
+
+def _linked(root: Path, files: Sequence[str], digest: str) -> list[Path]:
+    """Links to files of a release, in a folder of the user.
+
+    What `map` and `filter` cache, `datasets` writes beside the files that it maps. A
+    release may be read-only, and is damaged by what does not belong to it.
+    """
+    key = hashlib.sha256(f"{root.resolve()}\n{digest}".encode()).hexdigest()[:32]
+    folder = cache_folder() / "mapped" / key
+    links = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in files:
+            link, target = folder / Path(file).name, (root / file).resolve()
+            if not (link.is_symlink() and link.resolve() == target):
+                part = link.with_name(f".{link.name}.{secrets.token_hex(4)}")
+                part.symlink_to(target)
+                part.replace(link)
+            links.append(link)
+    except OSError as error:  # no home, or no links
+        _log.info("%s: no links (%s); `map` caches beside the files", folder, error)
+        return [root / file for file in files]
+    return links

@@ -6,6 +6,8 @@ removed, without moving any other sample between splits.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
 
 from mpmworlds.splits.ids import SampleId
 from mpmworlds.splits.uniform import uniform
@@ -43,6 +45,9 @@ class SplitParams:
                 raise ValueError(f"split {name} = {value!r}, must be in [0, 1)")
 
 
+_draw: Final = lru_cache(1024)(uniform)  # a template has many perturbations
+
+
 def split_of(sample_id: str, params: SplitParams) -> str:
     """Return the split of one sample.
 
@@ -69,12 +74,13 @@ def split_of(sample_id: str, params: SplitParams) -> str:
         If the id does not follow the grammar.
     """
     sample = SampleId.parse(sample_id)
-    family_draw = uniform(params.salt, "test", sample.family)
-    if family_draw <= params.test_fraction and not sample.is_of_seed_family:
-        return "test"
-    child_draw = uniform(params.salt, "modification", sample.template)
-    if child_draw <= params.modification_fraction and sample.child is not None:
-        return "modification_validation"
+    if not sample.is_of_seed_family:
+        if _draw(params.salt, "test", sample.family) <= params.test_fraction:
+            return "test"
+    if sample.child is not None:
+        draw = _draw(params.salt, "modification", sample.template)
+        if draw <= params.modification_fraction:
+            return "modification_validation"
     return "train"
 
 

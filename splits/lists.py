@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from mpmworlds.splits.assign import SPLITS, SplitParams, assign
 from mpmworlds.splits.ids import SAMPLE_KINDS, SampleId
-from mpmworlds.splits.sample import weighted_order, weighted_sample
+from mpmworlds.splits.sample import the_first, weighted_order
 
 EVALUATION: Final = {
     "test": "evaluation_test",
@@ -169,16 +169,18 @@ def compute_lists(
     members = assign(ids, splits)
     if lists is None:
         return members
-    chosen, worth = dict(members), {}
+    chosen, orders = dict(members), {}
     for split, name in EVALUATION.items():
         n = lists.evaluation.get(split, 0)
-        worth[split] = [name for name in members[split] if name not in passed_over]
-        chosen[name] = _choose(name, worth[split], split, n, lists)
+        worth = [sample for sample in members[split] if sample not in passed_over]
+        orders[split] = weighted_order(worth, dict.fromkeys(worth, 1.0), lists.salt)
+        chosen[name] = _choose(name, orders[split], n)
+    if any(counts.get("train") for counts in lists.subsets.values()):
+        weights = {i: lists.weights[SampleId.parse(i).kind] for i in members["train"]}
+        orders["train"] = weighted_order(members["train"], weights, lists.salt)
     for subset, counts in lists.subsets.items():
         parts = {
-            split: _choose(
-                f"{subset}_{split}", worth[split], split, counts.get(split, 0), lists
-            )
+            split: _choose(f"{subset}_{split}", orders[split], counts.get(split, 0))
             for split in EVALUATION
         }
         modified = parts["modification_validation"]
@@ -189,37 +191,27 @@ def compute_lists(
                 f"list {name!r}: {absent[0]} is not among the ids, must be: a "
                 "modification of it is"
             )
-        parts["train"] = _choose(name, members["train"], "train", n, lists, roots)
+        parts["train"] = _choose(name, orders.get("train", ()), n, roots)
         chosen |= {f"{subset}_{split}": parts[split] for split in SPLITS}
     return chosen
 
 
 def _choose(
-    name: str,
-    ids: Sequence[str],
-    split: str,
-    n: int,
-    params: ListParams,
-    first: Collection[str] = (),
+    name: str, order: Sequence[str], n: int, first: Collection[str] = ()
 ) -> list[str]:
-    """Sample a split: some first, then training samples by their weights, else evenly.
+    """Take some ids, then the first others in an order.
 
     A subset without training samples needs no roots either.
     """
     if n == 0:
         return []
-    others = [sample_id for sample_id in ids if sample_id not in first]
-    if split == "train":
-        weights = {i: params.weights[SampleId.parse(i).kind] for i in others}
-    else:
-        weights = dict.fromkeys(others, 1.0)
     if n < len(first):
         raise ValueError(
             f"list {name!r}: n = {n} samples, must be at least {len(first)} (the "
             "seeds and parents of its modifications)"
         )
     try:
-        more = weighted_sample(others, weights, n - len(first), params.salt)
+        more = the_first([i for i in order if i not in first], n - len(first))
     except ValueError as error:
         besides = f", besides {len(first)} seeds and parents" if first else ""
         raise ValueError(f"list {name!r}{besides}: {error}") from None

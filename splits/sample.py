@@ -5,7 +5,7 @@ Information Processing Letters 97(5), algorithm A, with draws that belong to the
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from mpmworlds.splits.uniform import uniform
 
@@ -42,13 +42,17 @@ def weighted_sample(
         If an id repeats, a weight is missing or invalid, or fewer than n ids have a
         positive weight.
     """
-    found = weighted_order(ids, weights, salt)
-    if not 0 <= n <= len(found):
+    return the_first(weighted_order(ids, weights, salt), n)
+
+
+def the_first(order: Sequence[str], n: int) -> list[str]:
+    """The first n ids of a `weighted_order`, sorted; raises as `weighted_sample`."""
+    if not 0 <= n <= len(order):
         raise ValueError(
-            f"sample of n = {n}, must be in [0, {len(found)}] "
+            f"sample of n = {n}, must be in [0, {len(order)}] "
             "(the number of ids with a positive weight)"
         )
-    return sorted(found[:n])
+    return sorted(order[:n])
 
 
 def weighted_order(

@@ -5,13 +5,14 @@ It is the dataset in a few megabytes: everything else in a release follows from 
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from mpmworlds.files.parquet import write_parquet
@@ -131,13 +132,16 @@ def write_manifest(path: Path, rows: Sequence[ManifestRow]) -> None:
     write_parquet(path, table, compression_level=9)
 
 
-def read_manifest(path: Path) -> list[ManifestRow]:
+def read_manifest(path: Path, ids: Collection[str] | None = None) -> list[ManifestRow]:
     """Read a manifest and check that it is one.
 
     Parameters
     ----------
     path
         File that ``write_manifest`` wrote.
+    ids
+        Samples whose rows are read and checked; those that it does not have are left
+        out. All rows if None.
 
     Returns
     -------
@@ -151,7 +155,11 @@ def read_manifest(path: Path) -> list[ManifestRow]:
     ManifestError
         If the file is no Parquet file, has other columns, or contradicts itself.
     """
-    rows = [_row_of(record) for record in read_table(path).to_pylist()]
+    table = read_table(path)
+    if ids is not None:
+        among = pa.array(sorted(ids), pa.string())
+        table = table.filter(pc.is_in(table["id"], among))
+    rows = [_row_of(record) for record in table.to_pylist()]
     _check_rows(rows, str(path))
     return rows
 

@@ -63,9 +63,9 @@ def build_corpus(
     chosen = {}
     for corpus in corpora:
         wanted = corpus.configs.values()
-        for row in read_manifest(corpus.manifest) if wanted else ():
-            if any(ids is None or row.id in ids for ids in wanted):
-                chosen[row.program_sha256] = row
+        ids = None if None in wanted else set().union(*(ids or () for ids in wanted))
+        for row in read_manifest(corpus.manifest, ids) if wanted else ():
+            chosen[row.program_sha256] = row
     done, _ = render_rows(list(chosen.values()), store, workers=workers)
     if done.failures:
         return done, None

@@ -1,6 +1,6 @@
 """Single rows of a release, by the index of their configuration."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -57,19 +57,25 @@ def read_row(path: Path, schema: pa.Schema, batch: Batch, position: int) -> Row:
     OSError, ValueError
         If there is none.
     """
+    return read_rows(path, schema, batch, [position])[0]
+
+
+def read_rows(
+    path: Path, schema: pa.Schema, batch: Batch, positions: Sequence[int]
+) -> list[Row]:
+    """Read some rows of a batch; raises as `read_row`."""
     try:
         with path.open("rb") as stream:
             stream.seek(batch.offset)
             data = pa.py_buffer(stream.read(batch.size))
         found = pa.ipc.read_record_batch(data, schema)
         found.validate(full=True)
-        row: Row = found.slice(position, 1).to_pylist()[0]
-    except (IndexError, pa.ArrowException, MemoryError) as error:
+        return [found.slice(k, 1).to_pylist()[0] for k in positions]
+    except (EOFError, IndexError, pa.ArrowException, MemoryError) as error:
         raise LayoutError(
-            f"{path}: has no readable row {position} at byte {batch.offset} ({error}); "
-            "fetch or build the release again"
+            f"{path}: has no readable rows {list(positions)} at byte {batch.offset} "
+            f"({error}); fetch or build the release again"
         ) from None
-    return row
 
 
 def rendered_row(root: Path, record: Record, corpus: str, sample: str) -> Row | None:

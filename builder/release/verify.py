@@ -21,9 +21,10 @@ from mpmworlds.builder.release.checks.known import (
     known_corpora,
     known_recipe_findings,
 )
+from mpmworlds.builder.release.checks.media import MediaTask, check_media
 from mpmworlds.builder.release.checks.shard import Report, Task, check_shard
 from mpmworlds.builder.release.features import features_of
-from mpmworlds.builder.release.layout import RECIPES, Batch, Record
+from mpmworlds.builder.release.layout import PREVIEW, RECIPES, Batch, Record
 from mpmworlds.builder.release.rows import read_row
 from mpmworlds.builder.release.tiers import bits_are_promised, tier_of
 from mpmworlds.builder.render.executors import results_of
@@ -141,8 +142,10 @@ def verify_release(
         desc="verify",
         unit="shard",
     )
+    media = _media_findings(root, record, reports, workers) if videos else {}
     for report in reports:
-        findings += report.findings
+        shown = media.get(report.task.path, [])
+        findings += [*report.findings, *the_first(shown, report.task.path)]
     findings += _agreement(root, record, reports, known)
     simulated: list[Simulated] = []
     if videos and resimulate:
@@ -172,22 +175,51 @@ def _tasks(
 ) -> Iterator[Task]:
     seen = set()
     for name, config in record.configs.items():
+        corpus = config.corpus if config.corpus in known else ""
         for file in config.files:
             if file.path not in there or file.path in seen:
                 continue  # found already
             seen.add(file.path)
-            is_known = name == RECIPES and config.corpus in known
+            quick = not videos
             yield Task(
-                root,
-                record,
-                name,
-                file.split,
-                file.path,
-                file.rows,
-                seed,
-                videos,
-                is_known,
+                root, name, file.split, file.path, file.rows, seed, quick, corpus
             )
+
+
+def _media_findings(
+    root: Path, record: Record, reports: Sequence[Report], workers: int
+) -> Mapping[str, list[Finding]]:
+    """Path of each file -> what is wrong with videos of its good rows."""
+    rows: dict[tuple[int, int], list[int]] = {}
+    batches: dict[tuple[int, int], Batch] = {}
+    for place, report in enumerate(reports):
+        for _, batch, number in report.good:
+            key = place, batch.offset
+            batches[key] = batch
+            rows.setdefault(key, []).append(number)
+    tasks = [
+        MediaTask(
+            root,
+            record,
+            reports[key[0]].task.config,
+            reports[key[0]].task.path,
+            batch,
+            rows[key],
+        )
+        for key, batch in batches.items()
+    ]
+    found: dict[str, list[Finding]] = {}
+    each = results_of(
+        check_media,
+        tasks,
+        lambda task: f"{task.path} byte {task.batch.offset}",
+        workers=workers,
+        desc="verify videos",
+        unit="batch",
+    )
+    for task, findings in zip(tasks, each, strict=True):
+        found.setdefault(task.path, []).extend(findings)
+    return found
 
 
 def _agreement(
@@ -222,7 +254,7 @@ def _drawn(
             root, report.task.path, report.task.config, name, batch, number
         )
         for report in reports
-        if report.task.path not in files
+        if report.task.path not in files and report.task.config != PREVIEW
         for name, batch, number in report.good
         if name not in suspects
     }

@@ -7,7 +7,6 @@ runs may share a store: each renders what no other has rendered or is rendering.
 
 import json
 import math
-import resource
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -26,6 +25,7 @@ from mpmworlds.builder.render.store import Store, renderer
 from mpmworlds.builder.render.timings import Timing, append_line, append_timing
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.locks import Hold, hold
+from mpmworlds.files.posix import needed
 from mpmworlds.files.targets import check_file, check_folder
 
 FAILURES: Final = "failures.jsonl"
@@ -240,6 +240,7 @@ class _Run(Generic[T]):
         self._store = store
         self._executor = executor
         # Every claim is an open file, and a process may have only so many.
+        resource = needed("resource")
         files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
         self._most = math.inf if files == resource.RLIM_INFINITY else files // 2
         self._claims: dict[str, Hold] = {}  # of the tasks in flight, by id

@@ -65,7 +65,12 @@ def key_of(row: Mapping[str, Any], parent: str | None, *, exact: bool) -> str:
 
 
 def write_files(
-    root: Path, row: Mapping[str, Any], parent: str | None, *, exact: bool
+    root: Path,
+    row: Mapping[str, Any],
+    parent: str | None,
+    *,
+    exact: bool,
+    shown: Mapping[str, Any] | None = None,
 ) -> None:
     """Write the files of a sample.
 
@@ -79,20 +84,32 @@ def write_files(
         Scene that it was made from, if that is known.
     exact
         Whether to write its exact video, where it has one.
+    shown
+        Row of the same sample with `preview` and `poster`; they are made if left out,
+        which takes most of the time.
 
     Raises
     ------
     ValueError
-        If it has no video that can be decoded.
+        If they are to be made, and it has no video that can be decoded.
     """
     sample = row["id"]
-    clip = clip_of(row)
+    preview, picture = _previewed(row, shown)
     told: dict[str, Any] = {name: row[name] for name in TOLD if name in row}
     video = (row.get(VIDEO) or {}).get("bytes") if exact else None
     told |= {"exact": len(video) if video else 0, "parent": parent}
-    preview = encode_preview(clip.frames, clip.framerate)
-    write_atomically(root / f"previews/{sample}.png", poster(clip.frames))
+    write_atomically(root / f"previews/{sample}.png", picture)
     write_atomically(root / f"previews/{sample}.mp4", preview)
     if video:
         write_atomically(root / f"videos/{sample}.mp4", video)
     write_atomically(root / f"samples/{sample}.js", script("onSample", told))
+
+
+def _previewed(
+    row: Mapping[str, Any], shown: Mapping[str, Any] | None
+) -> tuple[bytes, bytes]:
+    """Preview and poster of a row."""
+    if shown is not None:
+        return shown["preview"]["bytes"], shown["poster"]["bytes"]
+    clip = clip_of(row)
+    return encode_preview(clip.frames, clip.framerate), poster(clip.frames)

@@ -10,6 +10,7 @@ from typing import Any, Final
 import datasets
 
 from mpmworlds.builder.release.features import columns_of
+from mpmworlds.builder.release.layout import PREVIEW
 from mpmworlds.files.checksums import read_checksums
 from mpmworlds.loaders.clips import CLIP, VIDEO
 from mpmworlds.loaders.load import load
@@ -51,10 +52,10 @@ class Source:
     """
 
     def __init__(self, release: Path) -> None:
-        _table.cache_clear()  # the release may have been built again
+        for known in (_table, _previews):  # the release may have been built again
+            known.cache_clear()
         self.release = release
-        found = map(_SHARD.fullmatch, read_checksums(release))
-        self._parts = sorted({(m[1], m[2]) for m in found if m})
+        self._parts = _parts_of(release)
 
     @cached_property
     def configs(self) -> list[str]:
@@ -132,7 +133,7 @@ class Source:
         return {
             sample: Place(self.release, config, split, index)
             for split in self._splits(config)
-            for index, sample in enumerate(self._ids(config, split))
+            for index, sample in enumerate(_ids(self.release, config, split))
         }
 
     def scenes(self, ids: Collection[str]) -> dict[str, str]:
@@ -143,7 +144,7 @@ class Source:
             if not wanted:
                 break
             table = _table(self.release, config, split)
-            for index, name in enumerate(self._ids(config, split)):
+            for index, name in enumerate(_ids(self.release, config, split)):
                 if name in wanted:
                     found[name] = table.data.column("scene")[index].as_py()
         return found
@@ -174,9 +175,34 @@ class Source:
         """Names of the columns of a configuration, which its own name decides."""
         return {column.name for column in columns_of(config)}
 
-    def _ids(self, config: str, split: str) -> list[str]:
-        column = _table(self.release, config, split).data.column("id")
-        return [str(name) for name in column.to_pylist()]
+
+def preview_of(release: Path, row: Row) -> Row | None:
+    """Row with the preview and the poster of a sample, if a release has them."""
+    place = _previews(release).get(row["id"])
+    found = place.row() if place else None
+    same = found is not None and found["program_sha256"] == row["program_sha256"]
+    return found if same else None
+
+
+@cache
+def _previews(release: Path) -> dict[str, Place]:
+    return {
+        sample: Place(release, config, split, index)
+        for config, split in _parts_of(release)
+        if config == PREVIEW
+        for index, sample in enumerate(_ids(release, config, split))
+    }
+
+
+def _parts_of(release: Path) -> list[tuple[str, str]]:
+    """Configurations and splits of a release."""
+    found = map(_SHARD.fullmatch, read_checksums(release))
+    return sorted({(m[1], m[2]) for m in found if m})
+
+
+def _ids(release: Path, config: str, split: str) -> list[str]:
+    column = _table(release, config, split).data.column("id")
+    return [str(name) for name in column.to_pylist()]
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -11,7 +11,7 @@ from mpmworlds.loaders.clips import VIDEO
 from mpmworlds.loaders.gallery.files import key_of, names_of, write_files
 from mpmworlds.loaders.gallery.index import index_of
 from mpmworlds.loaders.gallery.site import PAGE, Site
-from mpmworlds.loaders.gallery.source import Place, Source
+from mpmworlds.loaders.gallery.source import Place, Source, preview_of
 from mpmworlds.loaders.processes import in_order
 
 
@@ -112,5 +112,6 @@ def write_gallery(
 
 def _make(out: Path, exact: bool, task: _Task) -> str:
     row = task.place.row()
-    write_files(out, row, task.parent, exact=exact)
+    shown = preview_of(task.place.release, row)
+    write_files(out, row, task.parent, exact=exact, shown=shown)
     return str(row["id"])

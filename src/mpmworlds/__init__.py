@@ -7,6 +7,7 @@ Importing this package is light. Names below are loaded when they are first used
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mpmworlds.files import posix
 from mpmworlds.loaders import alias
 
 if TYPE_CHECKING:
@@ -32,7 +33,13 @@ alias.install()
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used."""
     if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
+        try:
+            home = import_module(_HOMES[name])
+        except ModuleNotFoundError as error:
+            if error.name in posix.MODULES:
+                raise posix.NotPosixError(error.name) from None
+            raise
+        return getattr(home, name)
     if name == "metrics":
         return import_module("mpmworlds.metrics")
     raise AttributeError(f"module 'mpmworlds' has no attribute {name!r}")

@@ -103,3 +103,19 @@ def test_a_flipped_bit_is_an_error_before_the_first_example(release, tmp_path):
     with pytest.raises(ChecksumError, match=r"test-00000-of-00001.arrow: its sha256"):
         load(copy)
     assert len(load(copy, split="train")) == 5
+
+
+def test_what_is_worked_out_of_rows_does_not_lie_in_the_release(release, tmp_path):
+    """`verify` would find it, and the next build would refuse the folder."""
+    copy = tmp_path / "mpmworlds"
+    shutil.copytree(release, copy)
+    before = sorted(path.relative_to(copy) for path in copy.rglob("*"))
+    for path in [*copy.rglob("*"), copy]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    table = load(copy, "train", "tiny").table
+    found = table.filter(lambda name: name == "p0001", input_columns="id")
+    assert found["id"][:] == ["p0001"]
+    assert len(table.map(lambda row: {"more": len(row["id"])})) == len(table)
+    assert sorted(path.relative_to(copy) for path in copy.rglob("*")) == before
+    for path in [copy, *copy.rglob("*")]:
+        path.chmod(0o755)

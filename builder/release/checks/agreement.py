@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Final
 
 from mpmworlds.builder.parameters import EVALUATED, SHOWN
+from mpmworlds.builder.release.checks.digests import digest_of
 from mpmworlds.builder.release.checks.findings import RENDER, Finding, the_first
 from mpmworlds.builder.release.checks.known import Known
-from mpmworlds.builder.release.checks.shard import Report, digest_of, recipe_digest
+from mpmworlds.builder.release.checks.shard import Report
 from mpmworlds.builder.release.layout import (
     CLIPS,
     PREVIEW,
@@ -100,12 +101,8 @@ def _stray_findings(
 def _truth(reports: Sequence[Report], known: Known | None) -> _Truth | None:
     rendered = {name for r in reports if r.task.config != RECIPES for name in r.recipes}
     if known is not None:
-        ids = known.rows["id"].to_pylist()
-        chosen = [place for place, name in enumerate(ids) if name in rendered]
-        rows = known.rows.take(chosen).to_pylist() if chosen else []
-        digests = {row["id"]: recipe_digest(row) for row in rows}
-        places = {name: place for place, name in enumerate(ids)}
-        return _Truth("the corpus of this package", places, digests)
+        digests = {name: known.recipe(name) for name in known.places.keys() & rendered}
+        return _Truth("the corpus of this package", known.places, digests)
     recipes = [r for r in reports if r.task.config == RECIPES]
     if not recipes:
         return None

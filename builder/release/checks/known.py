@@ -3,7 +3,7 @@
 import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import pyarrow.compute as pc
 
 from mpmworlds.builder.parameters import Parameters
 from mpmworlds.builder.plan.manifest import SCHEMA, recorded_manifest
+from mpmworlds.builder.release.checks.digests import recipe_digest
 from mpmworlds.builder.release.checks.findings import FETCH, Finding
 from mpmworlds.builder.release.features import features_of
 from mpmworlds.builder.release.layout import RECIPES, RECORD, Record
@@ -47,10 +48,27 @@ class Known:
     rows_per_shard: int
 
     @cached_property
+    def key(self) -> str:
+        """Hash of its rows."""
+        return corpus_key(self.rows)
+
+    @cached_property
     def lists(self) -> Mapping[str, list[str]]:
         """Recorded lists of ids; empty if there are none."""
         folder = Path(str(RECORDED / self.name))
         return read_lists(folder) if folder.is_dir() else {}
+
+    @cached_property
+    def places(self) -> Mapping[str, int]:
+        """Id -> number of its row."""
+        return {name: k for k, name in enumerate(self.rows["id"].to_pylist())}
+
+    def recipe(self, sample: str) -> bytes:
+        """Hash of a row, as `recipe_digest` has it; empty if there is none."""
+        if sample not in self.places:
+            return b""
+        (row,) = self.rows.slice(self.places[sample], 1).to_pylist()
+        return recipe_digest(row)
 
     @cached_property
     def frames(self) -> Mapping[str, str]:
@@ -67,14 +85,22 @@ def known_corpora(record: Record) -> dict[str, Known]:
     found = {}
     for name, digest in record.corpora.items():
         if record.version == params.version and name in params.data["profiles"]:
-            try:
-                path = recorded_manifest(name)
-            except LookupError:
-                continue
-            rows = Corpus(path, measured=params.measured_of(name)).rows()
-            if corpus_key(rows) == digest:
-                found[name] = Known(name, rows, params.rows_per_shard(name))
+            known = known_corpus(name)
+            if known is not None and known.key == digest:
+                found[name] = known
     return found
+
+
+@cache
+def known_corpus(name: str) -> Known | None:
+    """A corpus that comes with the package, read once; None if none is recorded."""
+    params = Parameters.read()
+    try:
+        path = recorded_manifest(name)
+    except LookupError:
+        return None
+    rows = Corpus(path, measured=params.measured_of(name)).rows()
+    return Known(name, rows.combine_chunks(), params.rows_per_shard(name))
 
 
 def known_recipe_findings(

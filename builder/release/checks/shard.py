@@ -1,7 +1,6 @@
 """One file of rows, read from its first byte to its last."""
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,12 +8,13 @@ from typing import Final
 
 import pyarrow as pa
 
+from mpmworlds.builder.plan.manifest import SCHEMA
+from mpmworlds.builder.release.checks.digests import digest_of, recipe_digest
 from mpmworlds.builder.release.checks.findings import RENDER, Finding, the_first
-from mpmworlds.builder.release.checks.values import Row, value_faults
-from mpmworlds.builder.release.checks.videos import preview_faults, video_faults
-from mpmworlds.builder.release.features import columns_of, features_of, recipe_features
-from mpmworlds.builder.release.layout import PREVIEW, RECIPES, Batch, Record
-from mpmworlds.builder.release.rows import rendered_row
+from mpmworlds.builder.release.checks.known import known_corpus
+from mpmworlds.builder.release.checks.values import Depth, Row, value_faults
+from mpmworlds.builder.release.features import features_of
+from mpmworlds.builder.release.layout import RECIPES, Batch
 from mpmworlds.splits.uniform import uniform
 
 LINKED: Final = 1000  # rows of a file of recipes whose programs are linked, about
@@ -26,7 +26,6 @@ class Task:
 
     root: Path
     """Folder of the release."""
-    record: Record
     config: str
     split: str
     path: str
@@ -35,10 +34,10 @@ class Task:
     """How many it should have."""
     seed: str
     """Decides, with the ids, of which recipes the programs are linked."""
-    videos: bool
-    """Whether to decode videos."""
-    is_known: bool
-    """Whether the rows are compared with those of the package, as a whole."""
+    quick: bool
+    """Whether rows that are as the package has them need no linking."""
+    corpus: str = ""
+    """Corpus of the package that the rows are of; empty if it has none such."""
 
 
 @dataclass
@@ -57,15 +56,17 @@ class Report:
     contents: dict[str, dict[str, bytes]] = field(default_factory=dict)
     """Id -> column -> hash of what a program gave; of rendered rows."""
     good: list[tuple[str, Batch, int]] = field(default_factory=list)
-    """Rendered rows without findings, and where they lie."""
+    """Rows with videos and without findings, and where they lie."""
 
 
 def check_shard(task: Task) -> Report:
-    """Check one file of a release row by row.
+    """Check one file of a release row by row, all but what its videos show.
 
     A rendered row must link to its program. So must a recipe, but that takes some ten
     milliseconds each, and a release may have many more recipes than videos: of a large
-    file about `LINKED` rows are linked, others by other seeds.
+    file about `LINKED` rows are linked, others by other seeds. In quick checks a row
+    that is as the package has recorded it is not linked again: its program must have
+    the recorded hash.
     """
     report = Report(task)
     report.findings += the_first(_findings(report), task.path)
@@ -114,8 +115,8 @@ def _batch_findings(
         batch = Batch(start, size, digest, tuple(ids))
         report.batches.append(batch)
         report.ids += ids
-        if task.is_known:
-            continue
+        if task.config == RECIPES and task.corpus:
+            continue  # compared as a whole
         for number, row in enumerate(rows.to_pylist()):
             faults = list(_row_faults(row, task, share))
             yield from (Finding(task.path, f, RENDER, ids[number]) for f in faults)
@@ -125,41 +126,27 @@ def _batch_findings(
 
 
 def _row_faults(row: Row, task: Task, share: float) -> Iterator[str]:
-    is_linked = uniform(task.seed, "link", repr(row["id"])) <= share
-    faults = list(value_faults(row, task.config, task.split, is_linked=is_linked))
-    yield from faults
-    if faults or not task.videos:  # what cannot be believed is not decoded
-        return
-    if "clip" in row:
-        yield from video_faults(row)
-    elif task.config == PREVIEW:
-        corpus = task.record.configs[task.config].corpus
-        yield from preview_faults(
-            row, rendered_row(task.root, task.record, corpus, row["id"])
-        )
+    depth: Depth = "scene"
+    if uniform(task.seed, "link", repr(row["id"])) > share:
+        depth = "values"
+    elif task.quick and task.corpus and _is_recorded(row, task.corpus):
+        depth = "output"
+    yield from value_faults(row, task.config, task.split, depth)
+
+
+def _is_recorded(row: Row, corpus: str) -> bool:
+    known = known_corpus(corpus)
+    return known is not None and known.recipe(str(row["id"])) == recipe_digest(row)
 
 
 def _note(report: Report, row: Row, batch: Batch, number: int, is_good: bool) -> None:
     """Keep of a row what it takes to compare it with others."""
     sample = str(row["id"])
     report.recipes[sample] = recipe_digest(row)
+    if is_good and report.task.config != RECIPES:
+        report.good.append((sample, batch, number))
     if "clip" not in row:
         return
-    names = {column.name for column in columns_of(report.task.config)}
     report.contents[sample] = {
-        name: digest_of(row[name]) for name in sorted(names - set(recipe_features()))
+        name: digest_of(row[name]) for name in sorted(row.keys() - set(SCHEMA.names))
     }
-    if is_good:
-        report.good.append((sample, batch, number))
-
-
-def recipe_digest(row: Row) -> bytes:
-    """Hash of what a row has of its manifest."""
-    return digest_of(json.dumps([row[name] for name in recipe_features()]))
-
-
-def digest_of(value: object) -> bytes:
-    """Hash of a value of a column."""
-    data = value.get("bytes") if isinstance(value, dict) else value
-    whole = data if isinstance(data, bytes) else repr(data).encode()
-    return hashlib.sha256(whole).digest()[:16]

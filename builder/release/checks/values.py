@@ -2,7 +2,10 @@
 
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from functools import lru_cache
+from typing import Any, Final, Literal
+
+import yaml
 
 from mpmworlds.builder.plan.manifest import text_sha256
 from mpmworlds.builder.release.features import columns_of
@@ -12,12 +15,14 @@ from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.ids import SampleId, SampleIdError
 
 Row = Mapping[str, Any]
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same, but faster
 _MAY_BE_NULL: Final = ("motion", "ceiling")
 
 
-def value_faults(
-    row: Row, config: str, split: str, *, is_linked: bool
-) -> Iterator[str]:
+Depth = Literal["values", "output", "scene"]
+
+
+def value_faults(row: Row, config: str, split: str, depth: Depth) -> Iterator[str]:
     """Say which values of a row are not what its id, its scene and its file make them.
 
     Parameters
@@ -26,8 +31,10 @@ def value_faults(
         A row whose columns are those of the configuration.
     config, split
         What its file belongs to.
-    is_linked
-        Whether to look into the scene and link it, which takes some milliseconds.
+    depth
+        How far to look into the scene: not at all ("values"); what it says of the
+        video ("output"), of a row that is known to be right otherwise; or all of it
+        ("scene"), and link it, which takes some ten milliseconds.
 
     Yields
     ------
@@ -50,7 +57,9 @@ def value_faults(
         yield "its scene is not the one that scene_sha256 names"
     if "program" in row and text_sha256(row["program"]) != row["program_sha256"]:
         yield "its program is not the one that program_sha256 names"
-    if is_linked:
+    if depth == "output" and "framerate" in row:
+        yield from _differences(row, _output_of(row["scene"]), "its scene")
+    if depth == "scene":
         yield from _scene_faults(row)
 
 
@@ -98,28 +107,48 @@ def _media_faults(row: Row) -> Iterator[str]:
             yield f"{name}: path = {row[name]['path']!r}, must be its id and {ending!r}"
 
 
+@lru_cache(1024)
+def _output_of(scene: str) -> Row:
+    """What a scene that is known to be valid says of its video."""
+    data = yaml.load(scene, Loader=_Loader)  # noqa: S506 - a SafeLoader
+    return {
+        "framerate": data["output"]["framerate"],
+        "resolution": data["output"]["resolution"],
+        "num_frames": data["simulation"]["duration_frames"],
+    }
+
+
 def _scene_faults(row: Row) -> Iterator[str]:
-    try:
-        scene = Scene.from_yaml(row["scene"], source=row["id"])
-    except SceneError as error:
-        yield f"its scene is not valid: {error.faults[0]}"
+    facts = _facts_of(row["scene"])
+    if isinstance(facts, str):
+        yield facts
         return
+    columns, program = facts
+    yield from _differences(
+        row, {k: v for k, v in columns.items() if k in row}, "its scene"
+    )
+    if program != row["program_sha256"]:
+        yield "its scene links to another program than program_sha256 names"
+
+
+@lru_cache(1024)  # a sample is in several configurations
+def _facts_of(text: str) -> tuple[Row, str] | str:
+    """What a scene makes of columns, and the hash of its program; or what is wrong."""
+    try:
+        scene = Scene.from_yaml(text)
+    except SceneError as error:
+        return f"its scene is not valid: {error.faults[0]}"
     materials = sorted(scene.materials)
-    expected: dict[str, Any] = {
+    columns = {
         "materials": materials,
         "object_types": sorted({thing.object_type for thing in scene.objects}),
         "num_objects": len(scene.objects),
         "num_materials": len(materials),
+        "framerate": scene.output.framerate,
+        "resolution": scene.output.resolution,
+        "num_frames": scene.simulation.duration_frames,
     }
-    if "framerate" in row:
-        expected |= {
-            "framerate": scene.output.framerate,
-            "resolution": scene.output.resolution,
-            "num_frames": scene.simulation.duration_frames,
-        }
-    yield from _differences(row, expected, "its scene")
-    if text_sha256(link(scene)) != row["program_sha256"]:
-        yield "its scene links to another program than program_sha256 names"
+    return columns, text_sha256(link(scene))
 
 
 def _differences(row: Row, expected: Row, source: str) -> Iterator[str]:

@@ -11,6 +11,8 @@ function moves() {
   return !matchMedia("(prefers-reduced-motion: reduce)").matches;
 }
 
+const BRIEF = { modification_validation: "modif." }; // beside an id there is room for no more
+
 function makeCard(row, place) {
   const picture = element("img", {
     src: `previews/${row.id}.png`, alt: "", decoding: "async", width: 256, height: 256,
@@ -23,7 +25,7 @@ function makeCard(row, place) {
   element("span", { className: "picture" }, picture),
   element("span", { className: "caption" },
     element("b", {}, row.id),
-    element("span", {}, spaced(row.split)),
+    element("span", { title: spaced(row.split) }, BRIEF[row.split] || spaced(row.split)),
     element("small", {}, materials || "colliders only")));
   card.addEventListener("pointerenter", (event) => {
     if (event.pointerType !== "mouse" || !moves()) return;

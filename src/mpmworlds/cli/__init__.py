@@ -29,6 +29,7 @@ from mpmworlds.cli import (
 from mpmworlds.cli.common import WRONG_USE, say
 from mpmworlds.cli.endings import Ended, endings_raised
 from mpmworlds.cli.pipes import readers_may_leave
+from mpmworlds.files.posix import MODULES, NotPosixError
 
 INTERRUPTED = 130
 VERBS = (
@@ -61,7 +62,7 @@ VERBS = (
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb; returns the exit status."""
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     with readers_may_leave():
         return _carried_out(options)
 
@@ -73,6 +74,11 @@ def _carried_out(options: argparse.Namespace) -> int:
             return verb(options)
     except (OSError, ValueError, LookupError, RuntimeError) as error:
         say(f"mpmworlds {options.name}: {_text(error)}")
+        return WRONG_USE
+    except ModuleNotFoundError as error:
+        if error.name not in MODULES:
+            raise
+        say(f"mpmworlds {options.name}: {NotPosixError(error.name)}")
         return WRONG_USE
     except KeyboardInterrupt:
         say(f"mpmworlds {options.name}: interrupted; run it again to go on")
@@ -89,14 +95,15 @@ def _text(error: BaseException) -> str:
     return str(error) or type(error).__name__
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def parser() -> argparse.ArgumentParser:
+    """Everything that the command understands."""
+    whole = argparse.ArgumentParser(
         prog="mpmworlds",
         description="2D Material Point Method worlds as programs, scenes and videos.",
         epilog="`mpmworlds VERB --help` explains a verb and shows an example.",
     )
-    parser.add_argument("--version", action="version", version=mpmworlds.__version__)
-    verbs = parser.add_subparsers(required=True, metavar="VERB", dest="name")
+    whole.add_argument("--version", action="version", version=mpmworlds.__version__)
+    verbs = whole.add_subparsers(required=True, metavar="VERB", dest="name")
     for add in VERBS:
         add(verbs)
-    return parser
+    return whole

@@ -9,7 +9,11 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Final
 
-ENDINGS: Final = (signal.SIGTERM, signal.SIGHUP)
+ENDINGS: Final = tuple(  # those that this system has
+    signal.Signals[name]
+    for name in ("SIGTERM", "SIGHUP")
+    if name in signal.Signals.__members__
+)
 GRACE: Final = 5.0  # seconds to tidy up: a terminal that closes hangs up twice
 
 

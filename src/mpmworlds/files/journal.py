@@ -4,7 +4,6 @@ What is appended is on the disk on return, or not in the file at all. A line tha
 not written whole, because the process was killed in the middle, is no line.
 """
 
-import fcntl
 import json
 import os
 from collections.abc import Iterable, Iterator
@@ -13,6 +12,7 @@ from typing import Any
 
 from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.disk import disk_errors_named
+from mpmworlds.files.posix import needed
 from mpmworlds.files.targets import check_file
 
 
@@ -61,6 +61,7 @@ class Journal(Closeable):
 
     def __init__(self, path: Path, *, wait: bool = False) -> None:
         check_file(path)
+        fcntl = needed("fcntl")
         self.path = path
         with disk_errors_named(path):
             path.parent.mkdir(parents=True, exist_ok=True)

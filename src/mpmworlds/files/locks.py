@@ -8,11 +8,11 @@ A lock belongs to the file and not to its name. After locking one looks whether 
 still stands for that file: a previous holder may have removed it just before.
 """
 
-import fcntl
 import os
 from pathlib import Path
 
 from mpmworlds.files.closeable import Closeable
+from mpmworlds.files.posix import needed
 
 
 class Hold(Closeable):
@@ -56,8 +56,9 @@ def hold(path: Path, *, create: bool = True) -> Hold | None:
     Raises
     ------
     OSError
-        If the file cannot be opened, or its file system has no locks.
+        If the file cannot be opened, or its file system, or this system, has no locks.
     """
+    fcntl = needed("fcntl")
     flags = os.O_RDWR | (os.O_CREAT if create else 0)
     while True:
         try:

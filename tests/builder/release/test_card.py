@@ -1,6 +1,7 @@
 """The card describes the release that it lies in, to people and to load_dataset."""
 
 import re
+import shlex
 from dataclasses import fields
 
 import pytest
@@ -20,6 +21,7 @@ from mpmworlds.builder.release.features import (
 )
 from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.statistics.counts import count_scenes
+from mpmworlds.cli import parser
 from mpmworlds.sim.scene.objects import MATERIALS
 
 
@@ -114,7 +116,8 @@ def assert_examples_hold(card):
     configs = MetadataConfigs.from_dataset_card_data(card.data)
     default = configs.get_default_config_name()
     splits = {entry["split"] for entry in configs[default]["data_files"]}
-    examples = re.findall(r"load(?:_dataset)?\(([^)]*)\)", card.text)
+    found = re.findall(r"load(?:_dataset)?\(([^)]*)\)", card.text)
+    examples = [example for example in found if "ids=" not in example]
     assert len(examples) == 7
     for example in examples:
         positional = re.findall(r'(?:^|, )"([^"]*)"', example)
@@ -167,3 +170,13 @@ def test_statistics_count_the_manifest(corpus, card):
 def test_statistics_of_nothing_are_refused():
     with pytest.raises(ValueError, match="must have at least one"):
         count_scenes([])
+
+
+def test_commands_of_the_card_are_commands(card):
+    """Each is parsed by the command itself; none is run."""
+    lines = re.findall(r"^mpmworlds .*$", card.content, re.MULTILINE)
+    verbs = {line.split()[1] for line in lines}
+    assert {"fetch", "gallery", "play", "verify", "regenerate", "build"} <= verbs
+    for line in lines:
+        told = shlex.split(line.replace("<owner>", "owner"), comments=True)
+        assert parser().parse_args(told[1:]).name == told[1]

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
+import mpmworlds.loaders.gallery.files as files_module
 import mpmworlds.loaders.gallery.write as write_module
+from mpmworlds.builder.release.build import build_release
+from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.loaders.clips import clip_of
 from mpmworlds.loaders.gallery.files import names_of
 from mpmworlds.loaders.gallery.site import MARK, Site
@@ -82,6 +85,28 @@ def test_files_are_what_the_release_has(site, release):
             assert sample["exact"] == len(video)
             parent = f"# scene of {row['parent_id']}\n" if row["parent_id"] else None
             assert sample["parent"] == parent
+
+
+def test_previews_that_the_release_has_are_not_made_again(
+    site, corpus, tmp_path, monkeypatch
+):
+    with_previews = tmp_path / "mpmworlds"
+    configs = {"tiny": None, "preview": ["p0000", "p0002"]}
+    planned = Corpus(corpus.manifest, configs)
+    build_release([planned], corpus.store, with_previews, version="1.2.3")
+    made = []
+
+    def counted(*arguments):
+        made.append(arguments)
+        return encode_preview(*arguments)
+
+    monkeypatch.setattr(files_module, "encode_preview", counted)
+    write_gallery(with_previews, tmp_path / "site", config="tiny", workers=1)
+    assert len(made) == 6
+    found, others = files_of(tmp_path / "site"), files_of(site)
+    assert found.keys() == others.keys()
+    names = {name for name in found if found[name] != others[name]}
+    assert names == {"data.js"}  # which has the names of configurations as its title
 
 
 def test_index_tells_what_filters_ask_for(site, corpus):
