@@ -52,6 +52,9 @@ class Prior:
     """Quartiles of the way of translating colliders [m]."""
     emission_stop: float
     """Median time when emitters stop [s]."""
+    still: float
+    """Part of its area that changes from frame to frame at the end of the prefix, below
+    which a thing has settled; `python -m benchmarks.search settled` fits it."""
 
     def typical(self, material: str) -> Data:
         """Plain data of a typical material of a class."""
@@ -113,6 +116,7 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         contact={"type": law, "friction": friction, "skin_cells": skin},
         way=[_round(v) for v in np.quantile(ways, [0.25, 0.5, 0.75])],
         emission_stop=_round(np.median(stops)),
+        still=prior().still,
     )
 
 
@@ -167,13 +171,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Count what search takes for usual.")
     parser.add_argument("--release", type=Path, required=True)
     parser.add_argument("--config", default="recipes")
-    parser.add_argument("--out", type=Path, default=Path(__file__).with_name(TABLE))
     options = parser.parse_args(arguments)
     rows = load(options.release, "train", options.config).table
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     table = counted(yaml.load(text, loader) for text in rows["scene"])  # noqa: S506
-    text = yaml.safe_dump(vars(table), sort_keys=False, default_flow_style=None)
-    write_atomically(options.out, text.encode())
+    write_prior(vars(table))
+
+
+def write_prior(table: Mapping[str, Any]) -> None:
+    """Record a table beside this module."""
+    text = yaml.safe_dump(dict(table), sort_keys=False, default_flow_style=None)
+    write_atomically(Path(__file__).with_name(TABLE), text.encode())
 
 
 if __name__ == "__main__":
