@@ -35,7 +35,7 @@ class ProgramSearch:
         self,
         runs: int = 40,
         minutes: float = 3.0,
-        candidates: int = 3,
+        candidates: int = 4,
         seed: int = 0,
     ) -> None:
         if runs < 1 or not minutes > 0 or candidates < 1:
