@@ -72,10 +72,10 @@ class ProgramSearch:
             )
         except ValueError as error:
             return [Failure("no_scene", str(error))]
-        return [_answer(task, text) for text in found.scenes]
+        return [answer(task, text) for text in found.scenes]
 
 
-def _answer(task: Task, text: str) -> Answer:
+def answer(task: Task, text: str) -> Answer:
     """A scene, or what it draws with what has settled kept where it is seen."""
     labels, scene = labels_of(task.prefix), Scene.from_yaml(text)
     colors = settled(labels, matter_of(scene), prior().still)
