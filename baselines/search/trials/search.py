@@ -9,6 +9,7 @@ from typing import Any, Final
 from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
+from mpmworlds.baselines.search.trials.loss import Losses
 from mpmworlds.baselines.search.trials.moves import Doubt, moves_of
 from mpmworlds.baselines.search.trials.refine import refine
 from mpmworlds.sim.scene.objects import MATERIALS, RELEASED
@@ -138,10 +139,16 @@ class Search:
         names = sorted(MATERIALS, key=lambda n: (-self._prior.materials[n]["share"], n))
         scenes = {name: self._of_class(data, sought, name) for name in names}
         early = min(max(self._known.contact + 8, 16), self._lab.frames)
-        losses = {name: self._lab.losses(scenes[name], early) for name in names}
-        ranking = sorted(
-            names, key=lambda n: losses[n].whole + self._unusual(scenes[n])
-        )
+        losses: dict[str, Losses] = {}
+        try:
+            for name in names:
+                losses[name] = self._lab.losses(scenes[name], early)
+        finally:  # a budget that ends here has told something as well
+            known = {n: losses[n].whole + self._unusual(scenes[n]) for n in losses}
+            ranking = sorted(known, key=lambda n: known[n])
+            if len(losses) < len(names):
+                first = [Trial(known[n], scenes[n], f"all {n}") for n in ranking]
+                self.trials.extend(first)
         for number in sought:
             color = data["objects"][number]["visualization"]["color"]
             self._rankings[number] = sorted(

@@ -27,7 +27,7 @@ def test_each_difference_is_told_with_both_values():
     assert [line for line in found if not line.startswith("simulation")] == [
         "environment.gravity: [0, -9.8] -> [0, -5]",
         "red box: shape.size: [0.14, 0.1] -> [0.14, 0.12]",
-        "tangerine box: emitter -> none",
+        "orange box: emitter -> none",
     ]
     back = list(differences(checked(data), scene))
     assert (back[-1].truth, back[-1].found) == (None, "emitter")
