@@ -38,7 +38,12 @@ Tried = Callable[[Data, str], float]
 
 
 def refine(
-    data: Data, loss: float, moves: Sequence[Move], tried: Tried, finest: float
+    data: Data,
+    loss: float,
+    moves: Sequence[Move],
+    tried: Tried,
+    finest: float,
+    going: Callable[[], bool] = lambda: True,
 ) -> tuple[Data, float]:
     """Change numbers of a scene while that lowers its loss.
 
@@ -52,6 +57,8 @@ def refine(
         Runs a scene.
     finest
         Part of its first step below which a step is not worth a run.
+    going
+        Asked before each number whether to go on.
 
     Returns
     -------
@@ -59,7 +66,7 @@ def refine(
         The best scene, and its loss.
     """
     lines = [Line(move, move.weight) for move in moves]
-    while alive := [line for line in lines if line.alive(finest)]:
+    while going() and (alive := [line for line in lines if line.alive(finest)]):
         line = max(alive, key=lambda one: one.hope)  # the first of equal ones
         found, lower = _along(line, data, loss, tried)
         gain = loss - lower

@@ -29,6 +29,8 @@ BELTS: Final = ("box", "capsule", "rounded_box")
 COARSE: Final = 0.3  # part of a first step that is fine enough before all is sure
 FINE: Final = 0.08
 ROUNDS: Final = 3  # of refinement and doubt
+KEPT: Final = 0.5  # of what is left, for after the first of them
+ALIKE: Final = 3.0  # ratio of typical numbers of two classes that are of one kind
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 UNBALANCED: Final = ("ring",)  # shapes that no rigid body has if they are open
 
@@ -176,9 +178,13 @@ class Search:
             self._turn(changed, number, name if may_be(thing, name) else "elastic")
         return changed
 
-    def _turn(self, data: Data, number: int, name: str) -> None:
-        """Make a thing of a typical material of a class."""
+    def _turn(self, data: Data, number: int, name: str, *, alike: bool = False) -> None:
+        """Make a thing of a typical material of a class, or of one like its own."""
         matter, thing = self._prior.typical(name), data["objects"][number]
+        if alike:
+            own = thing["physics_properties"]
+            usual = self._prior.typical(_class(thing))
+            matter |= {key: own[key] for key in _shared(usual, matter)}
         data["objects"][number] = of_matter(thing, matter, self._told(number))
 
     def _rivals_of_scene(self, scenes: Sequence[Data]) -> None:
@@ -250,14 +256,16 @@ class Search:
     def _refine_all(self) -> None:
         """Numbers of the best scene, what was decided without them, and the rivals."""
         for finest in (COARSE, *(FINE,) * (ROUNDS - 1)):
-            self._refine(self.best, finest)
+            kept = KEPT * self._lab.left if finest == COARSE else 0.0
+            self._refine(self.best, finest, kept)
             before = self.best
             if self._known.doubt.walls:
                 self._other_walls(before.data)
             for number in self._sought(before.data):
                 for name in self._rankings[number][:RIVALS]:
                     if name != _class(before.data["objects"][number]):
-                        changed = self._of_class(before.data, [number], name)
+                        changed = copy.deepcopy(before.data)
+                        self._turn(changed, number, name, alike=True)
                         self._try(changed, f"{number} {name}, again")
             if self.best is before and finest == FINE:
                 break
@@ -265,8 +273,8 @@ class Search:
             if rival.loss < RUNNER_UP * self.best.loss:
                 self._refine(rival, COARSE)
 
-    def _refine(self, trial: Trial, finest: float) -> None:
-        """Numbers of one scene."""
+    def _refine(self, trial: Trial, finest: float, kept: float = 0.0) -> None:
+        """Numbers of one scene, until so much of the budget is left."""
         by_color = self._lab.losses(trial.data).by_color
         moves = list(moves_of(trial.data, self._known.doubt, by_color))
         refine(
@@ -275,6 +283,7 @@ class Search:
             moves,
             lambda data, what: self._try(data, what).loss,
             finest,
+            lambda: self._lab.left > kept,
         )
 
     def candidates(self, count: int) -> list[Trial]:
@@ -289,6 +298,14 @@ def may_be(thing: Mapping[str, Any], name: str) -> bool:
     shape = thing["shape"]
     open_ = shape["type"] in UNBALANCED and shape.get("opening_deg", 0.0) > 0.0
     return name != "rigid" or not open_
+
+
+def _shared(one: Data, other: Data) -> Iterator[str]:
+    """Numbers that two typical materials have and that are about as large."""
+    for key in sorted(one.keys() & other.keys() - {"constitutive_model"}):
+        low, high = sorted((one[key], other[key]))
+        if 0.0 < high <= ALIKE * low:
+            yield key
 
 
 def _class(thing: Mapping[str, Any]) -> str:

@@ -28,8 +28,8 @@ FORM = VideoForm(70, 15, 128)
 
 @pytest.fixture(scope="module")
 def sample():
-    """A ball that falls beside a stone: 38 frames, and 32 to predict."""
-    scene = world("ball", "still", cells=64, form=FORM)
+    """A ball that falls to the floor: 38 frames, and 32 to predict."""
+    scene = world("ball", "wall", form=FORM)
     frames = reduce_clip(run(link(scene), trusted=True).expect(), FORM.framerate)
     row = {
         "id": "p0001",
