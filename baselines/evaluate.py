@@ -14,7 +14,13 @@ from mpmworlds.baselines.candidates import SELECTIONS
 from mpmworlds.baselines.protocol import AnyPredictor
 from mpmworlds.baselines.provenance import NO_OPTIONS, Provenance
 from mpmworlds.baselines.registry import predictor_named
-from mpmworlds.baselines.results import CLIPS, RESULTS, SUMMARY, ResultsFile
+from mpmworlds.baselines.results import (
+    CLIPS,
+    RESULTS,
+    SCENES,
+    SUMMARY,
+    ResultsFile,
+)
 from mpmworlds.baselines.scoring import (
     HOW,
     Found,
@@ -292,6 +298,10 @@ def _pass_over(
             if found.clip is not None:
                 (out_dir / CLIPS).mkdir(exist_ok=True)
                 write_atomically(out_dir / CLIPS / f"{name}.mp4", found.clip)
+            if found.scene:
+                (out_dir / SCENES).mkdir(exist_ok=True)
+                path = out_dir / SCENES / f"{name}.yaml"
+                write_atomically(path, found.scene.encode())
             file.append(found.results)
             bar.update()
         bar.set_postfix(troubled=len(troubles), refresh=False)

@@ -38,6 +38,8 @@ class Candidate:
     """``horizon`` frames of the size of the prefix."""
     prefix: Frames | None = None
     """The predictor's own rendering of the prefix, by which candidates are ranked."""
+    scene: str = ""
+    """The scene file that it was drawn from, which is kept; empty if there is none."""
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ log = logging.getLogger(__name__)
 RESULTS: Final = "results.jsonl"  # in the folder of an evaluation
 SUMMARY: Final = "summary.json"
 CLIPS: Final = "clips"  # predicted continuations, SAMPLE.mp4
+SCENES: Final = "scenes"  # scenes that were answered with, SAMPLE.yaml
 PASSED_OVER: Final = "passed_over"
 """Outcome of a candidate that another one beats on the prefix, whatever the metric: it
 is no failure, and need not be continued."""

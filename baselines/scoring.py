@@ -12,10 +12,12 @@ from mpmworlds.baselines.protocol import (
     Answer,
     Answers,
     AnyPredictor,
+    Candidate,
     Failure,
     InfrastructureError,
     Oracle,
     Precomputed,
+    SceneText,
     Task,
 )
 from mpmworlds.baselines.provenance import processor
@@ -47,6 +49,8 @@ class Found:
     results: list[Result]
     clip: bytes | None = None
     """MP4 of a continuation that was predicted, if it is to be kept."""
+    scene: str = ""
+    """Scene file of the candidate whose prefix overlaps best, if it is of one."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +154,7 @@ def score_example(example: Example, predictor: AnyPredictor, how: How = HOW) -> 
     return Found(
         [_result(example, k, len(scored), one) for k, one in enumerate(scored)],
         _clip(scored, example.framerate) if how.clips else None,
+        _scene(answers, scored),
     )
 
 
@@ -204,10 +209,28 @@ def _result(example: Example, number: int, count: int, scored: Scored) -> Result
 
 
 def _clip(scored: Sequence[Scored], framerate: int) -> bytes | None:
-    """The continuation of the best candidate, by the overlap of its prefix."""
-    whole = [(s.frames, (s.prefix or {}).get("mask_iou", 0.0)) for s in scored]
-    there = [(frames, value) for frames, value in whole if frames is not None]
-    if not there:
-        return None
-    best, _ = max(there, key=lambda pair: pair[1])
-    return encode_unchecked(best, framerate)
+    """The continuation of the best candidate."""
+    best = _best(scored)
+    frames = None if best is None else scored[best].frames
+    return None if frames is None else encode_unchecked(frames, framerate)
+
+
+def _scene(answers: Sequence[Answer], scored: Sequence[Scored]) -> str:
+    """The scene of the best candidate."""
+    best = _best(scored)
+    if best is None:
+        return ""
+    answer = answers[best]
+    if isinstance(answer, SceneText):
+        return answer.text
+    return answer.scene if isinstance(answer, Candidate) else ""
+
+
+def _best(scored: Sequence[Scored]) -> int | None:
+    """Number of the best candidate that was continued, by the overlap of its prefix."""
+    there = [number for number, one in enumerate(scored) if one.frames is not None]
+    return max(
+        there,
+        key=lambda number: (scored[number].prefix or {}).get("mask_iou", 0.0),
+        default=None,
+    )

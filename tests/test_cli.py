@@ -25,7 +25,7 @@ VERBS = (
     *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
     *("propose", "stats", "audit", "verify", "regenerate", "fetch", "publish"),
     *("export", "gallery", "play"),
-    *("infer", "evaluate", "submission", "report", "gate", "doctor"),
+    *("infer", "compare", "evaluate", "submission", "report", "gate", "doctor"),
 )
 
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from mpmworlds.baselines.search.guess import Sight, Thing
+from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.perception.forms import polygons
 from mpmworlds.baselines.search.perception.laws import Law, amplitude_of
 from mpmworlds.baselines.search.prior import Prior
@@ -53,7 +54,7 @@ def scene_data(
     }
     walls = {
         "contact": prior.walls[0]["contact"],
-        "friction": prior.walls[0]["friction"],
+        "friction": prior.walls[0]["frictions"][0],
         "thickness_cells": usual["thickness_cells"],
     }
     environment = {"gravity": [float(v) for v in gravity], "walls": walls}
@@ -90,7 +91,7 @@ def _object(thing: Thing, name: str, sight: Sight, told: Told, prior: Prior) -> 
     if thing.kind == "emitter":
         _pour(found, thing, told, prior, sight)
     if thing.kind in ("dynamic_body", "emitter"):
-        found["physics_properties"] = _matter(thing.told, prior)
+        found = of_matter(found, _matter(thing.told, prior), thing.told)
     if "shape" not in found:  # told, but not seen
         x, y = told.near.get(str(thing.told.get("name")), (0.5, 0.5))
         found["shape"] = {"type": "circle", "center": [x, y], "radius": 0.08}
@@ -212,4 +213,4 @@ def _pour(found: Data, thing: Thing, told: Told, prior: Prior, sight: Sight) -> 
             "start": end + 0.3,
         } | more.get(kind, {})
     emission = found["emission"]
-    emission["stop"] = max(prior.emission_stop, emission["start"] + 0.5)
+    emission["stop"] = max(prior.emission_stops[1], emission["start"] + 0.5)

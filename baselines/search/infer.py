@@ -11,13 +11,15 @@ import numpy as np
 from mpmworlds.baselines.search.assembly import scene_data
 from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
 from mpmworlds.baselines.search.perception.colors import labels_of
-from mpmworlds.baselines.search.perception.flight import LEAST, RIGID
+from mpmworlds.baselines.search.perception.flight import EARTH, LEAST, RIGID, Gravity
 from mpmworlds.baselines.search.perception.pixels import Pixels
 from mpmworlds.baselines.search.prior import Prior, prior
 from mpmworlds.baselines.search.repair import written
 from mpmworlds.baselines.search.side import Told
 from mpmworlds.baselines.search.trials.lab import Lab
+from mpmworlds.baselines.search.trials.moves import Doubt
 from mpmworlds.baselines.search.trials.search import Known, Search, Trial
+from mpmworlds.baselines.search.unseen import proposals
 from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import FRAMERATE, Frames
 
@@ -102,7 +104,8 @@ def infer(
         search = Search(lab, usual, _known(sight, told))
         search.run(scenes)
     texts, trials = [], []
-    for trial in search.candidates(3 * candidates):
+    end = sight.frame_time * (len(labels.numbers) - 1)
+    for trial in proposals(search, usual, end, candidates):
         try:
             texts.append(written(trial.data))
         except ValueError:
@@ -110,6 +113,8 @@ def infer(
         trials.append(trial)
         if len(texts) == candidates:
             break
+    ranked = sorted(zip(trials, texts, strict=True), key=lambda pair: pair[0].loss)
+    trials, texts = [trial for trial, _ in ranked], [text for _, text in ranked]
     if not texts:
         texts, trials = [written(search.best.data)], [search.best]  # says what is wrong
     return Found(tuple(texts), tuple(trials), search, sight)
@@ -157,21 +162,33 @@ def _rivals(thing: Thing) -> Iterator[Thing]:
 
 
 def _known(sight: Sight, told: Told) -> Known:
-    contact, fly = 0, {}
+    contact, flights = 0, {}
     for number, thing in enumerate(sight.things):
         if thing.kind == "dynamic_body" and thing.poses is not None:
             contact = max(contact, thing.poses.rigid(RIGID))
             flight = thing.flight
-            fly[number] = flight is not None and flight.frames > LEAST
+            if flight is not None and flight.frames > LEAST:
+                flights[number] = sight.frame_time * (flight.frames - 1)
         if thing.kind == "emitter" and thing.track is not None:
             contact = max(contact, thing.track.first + 8)
-    return Known(
+    doubt = Doubt(
         told={k: thing.told for k, thing in enumerate(sight.things)},
-        walls="walls" in told.environment,
-        contact=contact,
-        fly=fly,
-        touched=_touched(sight.things),
+        flights=flights,
+        gravity=_doubted(sight.gravities[0], told),
+        walls="walls" not in told.environment,
     )
+    first = sight.gravities[0]
+    return Known(
+        doubt, first.value if first.sure else None, contact, _touched(sight.things)
+    )
+
+
+def _doubted(seen: Gravity, told: Told) -> Sequence[int]:
+    """Axes along which gravity may be a little different."""
+    if "gravity" in told.environment or (seen.sure and seen.value == EARTH):
+        return ()
+    signs = told.pulls or (1, 1)
+    return [axis for axis in (1, 0) if signs[axis]]
 
 
 def _touched(things: Sequence[Thing]) -> list[int]:

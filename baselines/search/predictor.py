@@ -1,13 +1,17 @@
 """Program search as a predictor: scenes that draw the prefix, found by trying."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from mpmworlds.baselines.protocol import Answer, Failure, SceneText, Task
+from mpmworlds.baselines.protocol import Answer, Candidate, Failure, SceneText, Task
 from mpmworlds.baselines.search.infer import Budget, infer
+from mpmworlds.baselines.search.perception.colors import labels_of
+from mpmworlds.baselines.search.prior import prior
+from mpmworlds.baselines.search.settling import carried, matter_of, settled
 from mpmworlds.baselines.search.side import read_side
-from mpmworlds.files.atomic import write_atomically
+from mpmworlds.metrics.reduction import reduce_clip
+from mpmworlds.sim.program.link import link
+from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
 
 
@@ -23,9 +27,6 @@ class ProgramSearch:
         Largest number of scenes to answer with.
     seed
         Which draws.
-    scenes
-        Folder where the likeliest scene of each sample is kept, by the sample's neutral
-        name; none if empty.
     """
 
     name = "search"
@@ -34,9 +35,8 @@ class ProgramSearch:
         self,
         runs: int = 40,
         minutes: float = 3.0,
-        candidates: int = 3,
+        candidates: int = 4,
         seed: int = 0,
-        scenes: str = "",
     ) -> None:
         if runs < 1 or not minutes > 0 or candidates < 1:
             raise ValueError(
@@ -44,13 +44,12 @@ class ProgramSearch:
                 "be positive, or there is nothing to search with"
             )
         self._budget, self._candidates = Budget(runs, minutes), candidates
-        self._seed, self._scenes = seed, scenes
+        self._seed = seed
 
     @property
     def configuration(self) -> Mapping[str, Any]:
-        """What decides its answers; not where they are kept."""
+        """What decides its answers."""
         return {
-            "scenes": "",
             "runs": self._budget.runs,
             "minutes": self._budget.minutes,
             "candidates": self._candidates,
@@ -73,11 +72,21 @@ class ProgramSearch:
             )
         except ValueError as error:
             return [Failure("no_scene", str(error))]
-        if self._scenes:
-            path = Path(self._scenes) / f"{task.id}.yaml"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(path, found.scenes[0].encode())
-        return [SceneText(text) for text in found.scenes]
+        return [answer(task, text) for text in found.scenes]
+
+
+def answer(task: Task, text: str) -> Answer:
+    """A scene, or what it draws with what has settled kept where it is seen."""
+    labels, scene = labels_of(task.prefix), Scene.from_yaml(text)
+    colors = settled(labels, matter_of(scene), prior().still)
+    if not colors:
+        return SceneText(text)
+    outcome = run(link(scene), trusted=True)
+    if outcome.status != "ok":
+        return SceneText(text)  # how it fails is said where it is run again
+    drawn = reduce_clip(outcome.frames, task.form.framerate)
+    prefix = drawn[: len(task.prefix)]
+    return Candidate(carried(drawn, labels, colors), prefix, text)
 
 
 def _is_whole(side_info: str) -> bool:

@@ -26,6 +26,8 @@ PLACE: Final = "mpmworlds.baselines.search"
 TABLE: Final = "prior.yaml"
 COMMON: Final = 0.02  # share of a gravity that is tried
 DIGITS: Final = 4
+QUARTILES: Final = (0.25, 0.5, 0.75)
+FRICTIONLESS: Final = ("sticky",)  # laws to which friction is nothing
 
 
 @dataclass(frozen=True)
@@ -45,13 +47,16 @@ class Prior:
     gravities: Sequence[Data]
     """Gravities that many scenes share, with their shares."""
     walls: Sequence[Data]
-    """Contact law, friction and share of walls, the most frequent ones."""
+    """Contact law of walls, share, and quartiles of its friction where it has any."""
     contact: Data
     """Contact of most colliders."""
     way: Sequence[float]
     """Quartiles of the way of translating colliders [m]."""
-    emission_stop: float
-    """Median time when emitters stop [s]."""
+    emission_stops: Sequence[float]
+    """Quartiles of the time when emitters stop [s]."""
+    still: float
+    """Part of its area that changes from frame to frame at the end of the prefix, below
+    which a thing has settled; `python -m benchmarks.search settled` fits it."""
 
     def typical(self, material: str) -> Data:
         """Plain data of a typical material of a class."""
@@ -111,8 +116,9 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         ],
         walls=_walls(all_),
         contact={"type": law, "friction": friction, "skin_cells": skin},
-        way=[_round(v) for v in np.quantile(ways, [0.25, 0.5, 0.75])],
-        emission_stop=_round(np.median(stops)),
+        way=[_round(v) for v in np.quantile(ways, QUARTILES)],
+        emission_stops=[_round(v) for v in np.quantile(stops, QUARTILES)],
+        still=prior().still,
     )
 
 
@@ -143,7 +149,7 @@ def _materials(matter: Sequence[Data]) -> dict[str, Data]:
 
 
 def _walls(scenes: Sequence[Mapping[str, Any]]) -> list[Data]:
-    """For each law, its share and the median of its frictions."""
+    """For each law, its share and quartiles of its frictions, the lowest first."""
     frictions: dict[str, list[float]] = defaultdict(list)
     for scene in scenes:
         walls = scene["environment"]["walls"]
@@ -151,11 +157,17 @@ def _walls(scenes: Sequence[Mapping[str, Any]]) -> list[Data]:
     return [
         {
             "contact": law,
-            "friction": _round(np.median(values)),
+            "frictions": _frictions(law, values),
             "share": _round(len(values) / len(scenes)),
         }
         for law, values in sorted(frictions.items(), key=lambda p: (-len(p[1]), p[0]))
     ]
+
+
+def _frictions(law: str, values: Sequence[float]) -> list[float]:
+    if law in FRICTIONLESS:
+        return [_round(np.median(values))]
+    return [_round(v) for v in np.quantile(values, [0.25, 0.75])]
 
 
 def _round(value: Any) -> float:
@@ -167,13 +179,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Count what search takes for usual.")
     parser.add_argument("--release", type=Path, required=True)
     parser.add_argument("--config", default="recipes")
-    parser.add_argument("--out", type=Path, default=Path(__file__).with_name(TABLE))
     options = parser.parse_args(arguments)
     rows = load(options.release, "train", options.config).table
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     table = counted(yaml.load(text, loader) for text in rows["scene"])  # noqa: S506
-    text = yaml.safe_dump(vars(table), sort_keys=False, default_flow_style=None)
-    write_atomically(options.out, text.encode())
+    write_prior(vars(table))
+
+
+def write_prior(table: Mapping[str, Any]) -> None:
+    """Record a table beside this module."""
+    text = yaml.safe_dump(dict(table), sort_keys=False, default_flow_style=None)
+    write_atomically(Path(__file__).with_name(TABLE), text.encode())
 
 
 if __name__ == "__main__":

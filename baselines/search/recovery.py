@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from mpmworlds.baselines.search.differences import apart, paired
 from mpmworlds.baselines.search.perception.colors import labels_of
 from mpmworlds.baselines.search.trials.lab import Lab
 from mpmworlds.loaders.prompts import VideoForm
@@ -45,17 +46,9 @@ class Match:
 
 def matches(truth: Mapping[str, Any], found: Mapping[str, Any]) -> Iterator[Match]:
     """Compare two scenes in plain data, thing by thing of the same colour."""
-    left = list(found["objects"])
-    for thing in truth["objects"]:
-        color = thing["visualization"]["color"]
-        alike = [o for o in left if o["visualization"]["color"] == color]
-        other = min(alike, key=lambda o: _apart(thing, o), default=None)
-        left = [o for o in left if o is not other]
-        yield _match(thing, other)
-
-
-def _apart(one: Data, other: Data) -> float:
-    return math.dist(one["shape"]["center"], other["shape"]["center"])
+    for thing, other in paired(truth["objects"], found["objects"]):
+        if thing is not None:
+            yield _match(thing, other)
 
 
 def _match(thing: Data, other: Data | None) -> Match:
@@ -73,7 +66,7 @@ def _match(thing: Data, other: Data | None) -> Match:
         if nozzle
         else float(thing["shape"]["type"] == other["shape"]["type"]),
         material=float(right) if true else None,
-        place=_apart(thing, other),
+        place=apart(thing, other),
         speed=_speed(thing, other),
         numbers=_numbers(true, got) if true and right else None,
     )

@@ -1,1 +1,1 @@
-"""Program search: what it recovers."""
+"""Program search: what it reaches, what it sees, and what it recovers."""

@@ -2,11 +2,15 @@
 
 import copy
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 Data = dict[str, Any]
+
+MOST_FRICTION: Final = 1.0
+FAINTEST: Final = 0.2  # what the number of a thing promises that is drawn best
+STRENGTH: Final = 1.0  # what the strongest number of a material promises
 
 STRONGEST: Final = {  # what each class is told by most
     "liquid": ("viscosity",),
@@ -30,6 +34,8 @@ class Move:
     """For people and traces."""
     step: float
     """How far, at first."""
+    weight: float
+    """What it promises, of 0 to 1."""
     change: Callable[[Data, float], None]
     """Changes a scene by a step of a size and sign."""
 
@@ -40,39 +46,63 @@ class Move:
         return changed
 
 
-def moves_of(
-    data: Data, told: Mapping[int, Mapping[str, Any]], *, fly: Mapping[int, bool]
-) -> Iterator[Move]:
-    """Moves of what was not told, those that matter most first.
+@dataclass(frozen=True)
+class Doubt:
+    """What may be changed of a scene."""
+
+    told: Mapping[int, Mapping[str, Any]]
+    """What is told of each object, by its number."""
+    flights: Mapping[int, float]
+    """By the numbers of bodies that were seen to fly, for how long [s]."""
+    gravity: Sequence[int]
+    """Axes along which gravity is neither told nor the earth's."""
+    walls: bool
+    """Whether the walls are not told."""
+
+
+def moves_of(data: Data, doubt: Doubt, by_color: Mapping[str, float]) -> Iterator[Move]:
+    """Moves of what is in doubt.
 
     Parameters
     ----------
     data
         The scene.
-    told
-        What is known of each object, by its number.
-    fly
-        By the numbers of bodies, whether their flight was seen well.
+    doubt
+        What may be changed.
+    by_color
+        Losses of colours, which say where there is something to be gained.
     """
+    worst = max(by_color.values(), default=0.0) or 1.0
     for number, thing in enumerate(data["objects"]):
-        known = told.get(number, {})
-        if "emission" in thing:
-            yield from _of_nozzle(number, thing, known)
-        elif "initial_state" in thing and not (known.get("initial_state") or {}).get(
-            "velocity"
-        ):
-            if not fly.get(number, True):
-                yield from _of_flight(number)
-    for number, thing in enumerate(data["objects"]):
-        properties = thing.get("physics_properties")
-        known = told.get(number, {}).get("physics_properties") or {}
-        if properties is None or "density" in known:
-            continue
-        for key in STRONGEST[properties["constitutive_model"]]:
-            yield _scaling(number, ("physics_properties", key), 0.4)
-    for number, thing in enumerate(data["objects"]):
-        if "contact" in thing and "contact" not in told.get(number, {}):
-            yield Move(f"{number}.friction", 0.3, _friction(number))
+        loss = by_color.get(thing["visualization"]["color"], worst) / worst
+        for move in _of_thing(number, thing, doubt):
+            yield replace(move, weight=move.weight * max(loss, FAINTEST))
+    for axis in doubt.gravity:
+        yield Move(f"gravity[{axis}]", 0.15, 0.7, _pull(axis, doubt.flights))
+    if doubt.walls and data["environment"]["walls"]["contact"] == "separate":
+        yield Move("walls.friction", 0.2, 0.5, _rub)
+
+
+def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
+    known = doubt.told.get(number, {})
+    if "emission" in thing:
+        yield from _of_nozzle(number, thing, known)
+    elif "initial_state" in thing:
+        state = known.get("initial_state") or {}
+        if "velocity" not in state:
+            yield from _of_flight(number, flown=number in doubt.flights)
+        if "angular_velocity" not in state:
+            yield from _of_spin(number, thing, flown=number in doubt.flights)
+    properties = thing.get("physics_properties")
+    if properties and "density" not in (known.get("physics_properties") or {}):
+        for place, key in enumerate(STRONGEST[properties["constitutive_model"]]):
+            weight = STRENGTH * 0.6**place
+            yield _scaling(number, ("physics_properties", key), 0.4, weight)
+    if thing.get("kinematics", {}).get("type") == "conveyor":
+        if "surface_speed" not in (known.get("kinematics") or {}):
+            yield _scaling(number, ("kinematics", "surface_speed"), 0.3, 1.0)
+    if "contact" in thing and "contact" not in known:
+        yield Move(f"{number}.friction", 0.3, 0.45, _friction(number))
 
 
 def _at(data: Data, number: int, path: tuple[str, ...]) -> tuple[Any, str]:
@@ -82,23 +112,45 @@ def _at(data: Data, number: int, path: tuple[str, ...]) -> tuple[Any, str]:
     return place, path[-1]
 
 
-def _scaling(number: int, path: tuple[str, ...], step: float) -> Move:
+def _scaling(number: int, path: tuple[str, ...], step: float, weight: float) -> Move:
     def change(data: Data, by: float) -> None:
         place, key = _at(data, number, path)
         place[key] *= math.exp(by)
 
-    return Move(f"{number}.{'.'.join(path)}", step, change)
+    return Move(f"{number}.{'.'.join(path)}", step, weight, change)
+
+
+def _pull(axis: int, flights: Mapping[int, float]) -> Callable[[Data, float], None]:
+    """Gravity, with velocities that leave what was seen of flights as it is."""
+
+    def change(data: Data, by: float) -> None:
+        gravity = list(data["environment"]["gravity"])
+        gravity[axis] += by
+        data["environment"]["gravity"] = gravity
+        for number, lasting in flights.items():
+            velocity = list(data["objects"][number]["initial_state"]["velocity"])
+            # The line through by t^2 / 2 that is nearest to it from 0 to `lasting`.
+            velocity[axis] -= 0.375 * by * lasting
+            data["objects"][number]["initial_state"]["velocity"] = velocity
+
+    return change
+
+
+def _rub(data: Data, by: float) -> None:
+    walls = data["environment"]["walls"]
+    walls["friction"] = min(max(walls["friction"] + by, 0.0), MOST_FRICTION)
 
 
 def _friction(number: int) -> Callable[[Data, float], None]:
     def change(data: Data, by: float) -> None:
         contact = data["objects"][number]["contact"]
-        contact["friction"] = min(max(contact["friction"] + by, 0.0), 2.0)
+        contact["friction"] = min(max(contact["friction"] + by, 0.0), MOST_FRICTION)
 
     return change
 
 
-def _of_flight(number: int) -> Iterator[Move]:
+def _of_flight(number: int, *, flown: bool) -> Iterator[Move]:
+    """What was seen to fly is right to a hundredth, else to a tenth [m/s]."""
     for axis in (1, 0):
 
         def change(data: Data, by: float, axis: int = axis) -> None:
@@ -106,24 +158,36 @@ def _of_flight(number: int) -> Iterator[Move]:
             velocity[axis] += by
             data["objects"][number]["initial_state"]["velocity"] = velocity
 
-        yield Move(f"{number}.velocity[{axis}]", 0.12, change)
+        step, weight = (0.02, 0.4) if flown else (0.12, 0.9)
+        yield Move(f"{number}.velocity[{axis}]", step, weight, change)
+
+
+def _of_spin(number: int, thing: Data, *, flown: bool) -> Iterator[Move]:
+    if thing["shape"]["type"] == "circle":  # none that is seen
+        return
+
+    def change(data: Data, by: float) -> None:
+        data["objects"][number]["initial_state"]["angular_velocity"] += by
+
+    step, weight = (0.1, 0.35) if flown else (0.6, 0.7)
+    yield Move(f"{number}.spin", step, weight, change)
 
 
 def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Move]:
     emission = known.get("emission") or {}
     if "rate" not in emission:
-        yield _scaling(number, ("emission", "rate"), 0.15)
+        yield _scaling(number, ("emission", "rate"), 0.15, 0.9)
     if "velocity" not in emission:
 
         def faster(data: Data, by: float) -> None:
             found = data["objects"][number]["emission"]
             found["velocity"] = [v * math.exp(by) for v in found["velocity"]]
 
-        yield Move(f"{number}.speed", 0.12, faster)
+        yield Move(f"{number}.speed", 0.12, 0.9, faster)
     if "size" not in (known.get("shape") or {}):
 
         def wider(data: Data, by: float) -> None:
             shape = data["objects"][number]["shape"]
             shape["size"] = [shape["size"][0] * math.exp(by), shape["size"][1]]
 
-        yield Move(f"{number}.width", 0.15, wider)
+        yield Move(f"{number}.width", 0.15, 0.7, wider)

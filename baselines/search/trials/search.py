@@ -6,9 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
-from mpmworlds.baselines.search.trials.moves import moves_of
+from mpmworlds.baselines.search.trials.loss import Losses
+from mpmworlds.baselines.search.trials.moves import Doubt, moves_of
+from mpmworlds.baselines.search.trials.refine import refine
 from mpmworlds.sim.scene.objects import MATERIALS, RELEASED
 
 Data = dict[str, Any]
@@ -18,10 +21,17 @@ FINALISTS: Final = 3  # classes of matter that see the whole prefix
 RIVALS: Final = 3  # classes that each thing is tried with by itself
 SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
 SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
+UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
+ASTRAY: Final = 0.004  # loss that so large a one is worth
 BELT_GAIN: Final = 0.004  # loss that a belt must save
-BELT_SPEEDS: Final = (1.0, -1.0)  # [m/s]
+BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
-SWEEPS: Final = 3
+COARSE: Final = 0.3  # part of a first step that is fine enough before all is sure
+FINE: Final = 0.08
+ROUNDS: Final = 3  # of refinement and doubt
+KEPT: Final = 0.5  # of what is left, for after the first of them
+ALIKE: Final = 3.0  # ratio of typical numbers of two classes that are of one kind
+RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 UNBALANCED: Final = ("ring",)  # shapes that no rigid body has if they are open
 
 
@@ -41,14 +51,12 @@ class Trial:
 class Known:
     """What is not to be sought, and what may be doubted."""
 
-    told: Mapping[int, Mapping[str, Any]]
-    """What is told of each object, by its number."""
-    walls: bool
-    """Whether the walls are told."""
+    doubt: Doubt
+    """Numbers that may be wrong."""
+    gravity: tuple[float, float] | None
+    """Gravity, where flights tell it [m/s^2]."""
     contact: int
     """First frame by which everything has touched something."""
-    fly: Mapping[int, bool]
-    """By the numbers of bodies, whether their flight was seen well."""
     touched: Sequence[int]
     """Numbers of still things that matter comes near to."""
 
@@ -85,7 +93,7 @@ class Search:
             self._walls()
             self._each_by_itself()
             self._belts()
-            self._refine()
+            self._refine_all()
         except BudgetSpent:
             pass
         if not self.trials:  # the budget is of no run
@@ -102,7 +110,18 @@ class Search:
         law = data["environment"]["walls"]["contact"]
         shares = [w["share"] for w in self._prior.walls if w["contact"] == law]
         walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
-        return sum(map(self._rare, names)) / max(len(names), 1) + extra + walls
+        matter = sum(map(self._rare, names)) / max(len(names), 1)
+        return matter + extra + walls + self._astray(data)
+
+    def _astray(self, data: Data) -> float:
+        """Loss of a gravity that is not the one that was measured."""
+        if self._known.gravity is None:
+            return 0.0
+        off = math.dist(data["environment"]["gravity"], self._known.gravity)
+        return ASTRAY * (off / UNSURE) ** 2
+
+    def _told(self, number: int) -> Mapping[str, Any]:
+        return self._known.doubt.told.get(number, {})
 
     def _sought(self, data: Data) -> list[int]:
         """Numbers of things whose class is not told."""
@@ -110,7 +129,7 @@ class Search:
             number
             for number, thing in enumerate(data["objects"])
             if "physics_properties" in thing
-            and not self._known.told.get(number, {}).get("physics_properties")
+            and not self._told(number).get("physics_properties")
         ]
 
     def _all_alike(self, data: Data) -> None:
@@ -122,10 +141,16 @@ class Search:
         names = sorted(MATERIALS, key=lambda n: (-self._prior.materials[n]["share"], n))
         scenes = {name: self._of_class(data, sought, name) for name in names}
         early = min(max(self._known.contact + 8, 16), self._lab.frames)
-        losses = {name: self._lab.losses(scenes[name], early) for name in names}
-        ranking = sorted(
-            names, key=lambda n: losses[n].whole + self._unusual(scenes[n])
-        )
+        losses: dict[str, Losses] = {}
+        try:
+            for name in names:
+                losses[name] = self._lab.losses(scenes[name], early)
+        finally:  # a budget that ends here has told something as well
+            known = {n: losses[n].whole + self._unusual(scenes[n]) for n in losses}
+            ranking = sorted(known, key=lambda n: known[n])
+            if len(losses) < len(names):
+                first = [Trial(known[n], scenes[n], f"all {n}") for n in ranking]
+                self.trials.extend(first)
         for number in sought:
             color = data["objects"][number]["visualization"]["color"]
             self._rankings[number] = sorted(
@@ -136,8 +161,7 @@ class Search:
             )
         mixed = copy.deepcopy(data)
         for number in sought:
-            best = self._prior.typical(self._rankings[number][0])
-            mixed["objects"][number]["physics_properties"] = best
+            self._turn(mixed, number, self._rankings[number][0])
         self._try(scenes[ranking[0]], f"all {ranking[0]}")
         if _classes(mixed) != _classes(scenes[ranking[0]]):
             self._try(mixed, "each as it looks best")
@@ -151,9 +175,17 @@ class Search:
         changed = copy.deepcopy(data)
         for number in numbers:
             thing = changed["objects"][number]
-            fitting = name if may_be(thing, name) else "elastic"
-            thing["physics_properties"] = self._prior.typical(fitting)
+            self._turn(changed, number, name if may_be(thing, name) else "elastic")
         return changed
+
+    def _turn(self, data: Data, number: int, name: str, *, alike: bool = False) -> None:
+        """Make a thing of a typical material of a class, or of one like its own."""
+        matter, thing = self._prior.typical(name), data["objects"][number]
+        if alike:
+            own = thing["physics_properties"]
+            usual = self._prior.typical(_class(thing))
+            matter |= {key: own[key] for key in _shared(usual, matter)}
+        data["objects"][number] = of_matter(thing, matter, self._told(number))
 
     def _rivals_of_scene(self, scenes: Sequence[Data]) -> None:
         """Scenes of another gravity, law or nozzle, of the best matter so far."""
@@ -161,21 +193,26 @@ class Search:
             changed = copy.deepcopy(scene)
             for number in self._sought(scene):
                 matter = self.best.data["objects"][number]["physics_properties"]
-                changed["objects"][number]["physics_properties"] = dict(matter)
+                changed["objects"][number] = of_matter(
+                    scene["objects"][number], matter, self._told(number)
+                )
             self._try(changed, "another reading of the prefix")
 
     def _walls(self) -> None:
-        """Walls trade against matter: each law with the best two classes."""
-        if self._known.walls:
-            return
-        rivals = _distinct(self.trials, _classes)[:2]
-        for trial in rivals:
-            for walls in self._prior.walls[1:]:
-                changed = copy.deepcopy(trial.data)
-                changed["environment"]["walls"] |= {
-                    key: walls[key] for key in ("contact", "friction")
-                }
-                self._try(changed, f"walls {walls['contact']}")
+        """Each law of the walls, rough and smooth, with the best matter so far."""
+        if self._known.doubt.walls:
+            self._other_walls(self.best.data)
+
+    def _other_walls(self, data: Data) -> None:
+        now = data["environment"]["walls"]
+        for walls in self._prior.walls:
+            for friction in walls["frictions"]:
+                law = {"contact": walls["contact"], "friction": friction}
+                if law.items() <= now.items():
+                    continue
+                changed = copy.deepcopy(data)
+                changed["environment"]["walls"] |= law
+                self._try(changed, f"walls {law['contact']} {friction}")
 
     def _each_by_itself(self) -> None:
         """Each thing of another class than the others, one by one and in pairs."""
@@ -202,7 +239,7 @@ class Search:
         """Still things that matter comes near to may be belts."""
         for number in self._known.touched:
             thing = self.best.data["objects"][number]
-            told = self._known.told.get(number, {})
+            told = self._told(number)
             if thing["shape"]["type"] not in BELTS or told.get("object_type"):
                 continue
             before = self.best
@@ -216,23 +253,38 @@ class Search:
                 if loss < before.loss - BELT_GAIN:
                     self.trials.append(Trial(loss, changed, f"{number} is a belt"))
 
-    def _refine(self) -> None:
-        """Numbers one by one, with steps that grow where they help."""
-        steps: dict[str, float] = {}
-        for _ in range(SWEEPS):
-            moves = list(
-                moves_of(self.best.data, self._known.told, fly=self._known.fly)
-            )
-            for move in moves:
-                step = steps.setdefault(move.what, move.step)
-                for signed in (step, -step):
-                    before = self.best
-                    trial = self._try(move.of(before.data, signed), move.what)
-                    if trial.loss < before.loss:
-                        steps[move.what] = 1.2 * signed
-                        break
-                else:
-                    steps[move.what] = 0.5 * step
+    def _refine_all(self) -> None:
+        """Numbers of the best scene, what was decided without them, and the rivals."""
+        for finest in (COARSE, *(FINE,) * (ROUNDS - 1)):
+            kept = KEPT * self._lab.left if finest == COARSE else 0.0
+            self._refine(self.best, finest, kept)
+            before = self.best
+            if self._known.doubt.walls:
+                self._other_walls(before.data)
+            for number in self._sought(before.data):
+                for name in self._rankings[number][:RIVALS]:
+                    if name != _class(before.data["objects"][number]):
+                        changed = copy.deepcopy(before.data)
+                        self._turn(changed, number, name, alike=True)
+                        self._try(changed, f"{number} {name}, again")
+            if self.best is before and finest == FINE:
+                break
+        for rival in _distinct(self.trials, _reading)[1:]:
+            if rival.loss < RUNNER_UP * self.best.loss:
+                self._refine(rival, COARSE)
+
+    def _refine(self, trial: Trial, finest: float, kept: float = 0.0) -> None:
+        """Numbers of one scene, until so much of the budget is left."""
+        by_color = self._lab.losses(trial.data).by_color
+        moves = list(moves_of(trial.data, self._known.doubt, by_color))
+        refine(
+            trial.data,
+            trial.loss,
+            moves,
+            lambda data, what: self._try(data, what).loss,
+            finest,
+            lambda: self._lab.left > kept,
+        )
 
     def candidates(self, count: int) -> list[Trial]:
         """The best scenes that differ in more than small numbers, best first."""
@@ -246,6 +298,14 @@ def may_be(thing: Mapping[str, Any], name: str) -> bool:
     shape = thing["shape"]
     open_ = shape["type"] in UNBALANCED and shape.get("opening_deg", 0.0) > 0.0
     return name != "rigid" or not open_
+
+
+def _shared(one: Data, other: Data) -> Iterator[str]:
+    """Numbers that two typical materials have and that are about as large."""
+    for key in sorted(one.keys() & other.keys() - {"constitutive_model"}):
+        low, high = sorted((one[key], other[key]))
+        if 0.0 < high <= ALIKE * low:
+            yield key
 
 
 def _class(thing: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ from contextlib import suppress
 
 import mpmworlds
 from mpmworlds.cli import (
+    compare,
     corpus,
     doctor,
     evaluate,
@@ -52,6 +53,7 @@ VERBS = (
     gallery.add_gallery,
     gallery.add_play,
     infer.add_infer,
+    compare.add_compare,
     evaluate.add_evaluate,
     evaluate.add_submission,
     report.add_report,

@@ -38,6 +38,8 @@ files in --out:
   results.jsonl   a line per sample and candidate, with where it comes from
   summary.json, summary.txt   means with intervals, and slices
   clips/          with --keep-clips: predicted continuations, for `mpmworlds report`
+  scenes/         of what answers with scenes, the best one of each sample: to link, run
+                  or play, and for `mpmworlds compare` with the truth
 """
 
 

@@ -1,0 +1,115 @@
+"""Scores of search on the samples of development, beside copy_last and the ceiling."""
+
+import argparse
+import resource
+import statistics
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from benchmarks.search.rows import SPLITS, chosen_ids, examples
+
+from mpmworlds.baselines.evaluate import evaluate_examples
+from mpmworlds.baselines.provenance import Provenance
+from mpmworlds.baselines.registry import predictor_named
+from mpmworlds.baselines.results import RESULTS, Result, read_results
+from mpmworlds.baselines.scoring import HOW
+from mpmworlds.loaders.regimes import DEFAULT, REGIMES
+
+COLUMNS: Final = ("mask_iou", "wmae", "color_tv", "collapse_excess", "anomaly")
+TIMES: Final = "seconds.txt"  # of a sample, on one core
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add what is measured."""
+    parser.add_argument("--out", type=Path, required=True, help="folder of the results")
+    parser.add_argument("--regime", default=DEFAULT, choices=sorted(REGIMES))
+    parser.add_argument("--runs", type=int, default=24)
+    parser.add_argument("--minutes", type=float, default=3.0)
+    parser.add_argument("--candidates", type=int, default=1)
+
+
+def carry_out(options: argparse.Namespace) -> None:
+    """Evaluate, sample by sample in this process, and print the table."""
+    told = {name: getattr(options, name) for name in ("runs", "minutes", "candidates")}
+    seconds: dict[str, float] = {}
+    for name, made_with in (("search", told), ("copy_last", {})):
+        predictor = predictor_named(name, made_with)
+        for split in SPLITS:
+            out = options.out / name / split
+            ids = chosen_ids(options.release, split, options.config)
+            provenance = Provenance.of(
+                options.release,
+                predictor,
+                options.config,
+                split,
+                options.regime,
+                options=made_with,
+            )
+            before = _seconds()
+            evaluate_examples(
+                examples(options.release, split, options.config, ids, options.regime),
+                predictor,
+                provenance,
+                out,
+                how=HOW,
+            )
+            seconds[f"{name} {split}"] = (_seconds() - before) / len(ids)
+    print(
+        "\n".join(table(*(read_all(options.out / n) for n in ("search", "copy_last"))))
+    )
+    for what, value in seconds.items():
+        print(f"{what}: {value:.0f} s of a core a sample, if all were run now")
+
+
+def _seconds() -> float:
+    """Time on a core of this process and of those that it has started [s]."""
+    used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(u.ru_utime + u.ru_stime for u in used)
+
+
+def read_all(folder: Path) -> dict[str, Result]:
+    """Best candidate, by the overlap of its prefix, of each sample of all splits."""
+    best: dict[str, Result] = {}
+    for split in SPLITS:
+        for result in read_results(folder / split / RESULTS)[1]:
+            rival = best.get(result.sample_id)
+            if rival is None or _merit(result) > _merit(rival):
+                best[result.sample_id] = result
+    return best
+
+
+def _merit(result: Result) -> float:
+    if result.continuation is None:
+        return -1.0
+    return (result.prefix or {}).get("mask_iou", 0.0)
+
+
+def table(search: Mapping[str, Result], copied: Mapping[str, Result]) -> Iterator[str]:
+    """Lines of a Markdown table: search / copy_last (ceiling), and means."""
+    yield f"| row | {' | '.join(COLUMNS)} |"
+    yield "|---" * (1 + len(COLUMNS)) + "|"
+    for name, result in search.items():
+        cells = [_cell(result, copied[name], column) for column in COLUMNS]
+        yield f"| {name} | {' | '.join(cells)} |"
+    means = [
+        " / ".join(
+            f"{_mean([r.continuation for r in results.values()], column):.3f}"
+            for results in (search, copied)
+        )
+        for column in COLUMNS
+    ]
+    yield f"| mean of {len(search)} | {' | '.join(means)} |"
+
+
+def _cell(result: Result, copied: Result, column: str) -> str:
+    one, other = ((r.continuation or {}).get(column) for r in (result, copied))
+    ceiling = (result.ceiling or {}).get(column)
+    cell = f"{result.outcome}" if one is None else f"{one:.3f}"
+    cell += "" if other is None else f" / {other:.3f}"
+    return cell if ceiling is None else f"{cell} ({ceiling:.3f})"
+
+
+def _mean(scores: Sequence[Mapping[str, float] | None], column: str) -> float:
+    there = [one[column] for one in scores if one is not None]
+    return statistics.fmean(there) if there else float("nan")

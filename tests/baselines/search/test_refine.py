@@ -1,0 +1,95 @@
+"""Numbers are found in few runs, and what promises most is tried first."""
+
+import pytest
+
+from mpmworlds.baselines.search.trials.lab import BudgetSpent
+from mpmworlds.baselines.search.trials.moves import Doubt, Move, moves_of
+from mpmworlds.baselines.search.trials.refine import refine
+from tests.baselines.search.worlds import world
+
+
+def shifting(name, step, weight=1.0):
+    def change(data, by):
+        data[name] += by
+
+    return Move(name, step, weight, change)
+
+
+def valley(data):
+    return (data["x"] - 0.7) ** 2 + 2.0 * (data["y"] + 0.3) ** 2
+
+
+def bowl(data):  # with an edge at its bottom, as overlaps have
+    return abs(data["x"] - 0.7) + 2.0 * abs(data["y"] + 0.3)
+
+
+@pytest.mark.parametrize(("loss", "left"), [(valley, 1e-3), (bowl, 0.06)])
+def test_the_bottom_is_found_in_few_runs(loss, left):
+    runs = []
+
+    def tried(data, what):
+        runs.append(what)
+        return loss(data)
+
+    start = {"x": 0.0, "y": 0.0}
+    moves = [shifting("x", 0.3), shifting("y", 0.3)]
+    found, least = refine(start, loss(start), moves, tried, 0.08)
+    assert (start, least) == ({"x": 0.0, "y": 0.0}, loss(found))
+    assert least < left
+    assert len(runs) < 45
+
+
+def test_what_promises_most_is_first_and_what_does_not_help_is_left():
+    runs = []
+
+    def tried(data, what):
+        runs.append(what)
+        return valley({"y": 0.0} | data)
+
+    start = {"x": 0.0, "z": 0.0}
+    moves = [shifting("z", 0.3, 0.6), shifting("x", 0.3, 1.0)]
+    refine(start, valley({"y": 0.0} | start), moves, tried, 0.08)
+    assert runs[0] == "x"
+    assert runs.count("z") <= 8
+
+
+def test_a_budget_that_is_spent_ends_it():
+    def tried(data, what):
+        raise BudgetSpent
+
+    with pytest.raises(BudgetSpent):
+        refine({"x": 0.0}, 1.0, [shifting("x", 0.1)], tried, 0.1)
+
+
+def test_what_is_told_is_not_moved_and_the_worst_thing_comes_first():
+    data = world("brick", "ball", "jet", "still").to_data()
+    told = {
+        0: {"initial_state": {"velocity": [0.3, 0.6], "angular_velocity": 2.0}},
+        1: {"physics_properties": data["objects"][1]["physics_properties"]},
+        3: {"contact": {}},
+    }
+    doubt = Doubt(told, {}, (), walls=False)
+    by_color = {thing["visualization"]["color"]: 0.1 for thing in data["objects"]}
+    by_color[data["objects"][2]["visualization"]["color"]] = 0.4
+    moves = list(moves_of(data, doubt, by_color))
+    names = {move.what for move in moves}
+    assert names == {
+        *("0.physics_properties.youngs_modulus", "1.velocity[0]", "1.velocity[1]"),
+        *("2.emission.rate", "2.speed", "2.width", "2.physics_properties.viscosity"),
+    }
+    assert max(moves, key=lambda move: move.weight).what.startswith("2.")
+
+
+def test_another_gravity_leaves_flights_where_they_were_seen():
+    data = world("brick").to_data()
+    doubt = Doubt({}, {0: 0.4}, (1,), walls=False)
+    (pull,) = (m for m in moves_of(data, doubt, {}) if m.what == "gravity[1]")
+    changed = pull.of(data, -1.0)
+    assert changed["environment"]["gravity"] == [0.0, -10.8]
+
+    def height(scene, t):
+        velocity = scene["objects"][0]["initial_state"]["velocity"][1]
+        return velocity * t + 0.5 * scene["environment"]["gravity"][1] * t**2
+
+    off = [abs(height(changed, t) - height(data, t)) for t in (0.1, 0.2, 0.3, 0.4)]
+    assert max(off) < 0.25 * 0.5 * 0.4**2
