@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from mpmworlds.builder.release.checks.stream import frames_of
-from mpmworlds.builder.release.checks.videos import video_faults
+from mpmworlds.builder.release.checks.videos import preview_faults, video_faults
 from mpmworlds.metrics.reduction import reduce_clip, reduced_framerate
 from mpmworlds.sim.run.encode import decode_mp4, encode_mp4, frames_sha256
-from mpmworlds.sim.run.preview import encode_preview
+from mpmworlds.sim.run.preview import encode_preview, poster
 from mpmworlds.sim.scene.palette import PALETTE, rgb
 
 COLORS = np.array([rgb(color) for color in PALETTE.values()], np.uint8)
@@ -56,3 +56,17 @@ def test_a_pixel_that_is_changed_is_found_in_any_reduction(side, rate):
     late = row_of(frames, clip, rate) | {"frames_sha256": frames_sha256(frames[::-1])}
     (fault,) = video_faults(late)
     assert "frames_sha256" in fault
+
+
+def test_a_preview_of_mixed_drops_is_close_enough_and_another_is_not():
+    drawn = np.random.default_rng(0).random((9, 256, 256))
+    clip = np.zeros((9, 256, 256, 3), np.uint8)
+    clip[drawn < 0.12], clip[drawn > 0.88] = COLORS[0], COLORS[1]
+    clip[:, :60] = 0
+    row = {"preview": {"bytes": encode_preview(clip, 15)}}
+    row["poster"] = {"bytes": poster(clip)}
+    rendered = row_of(np.zeros((17, 512, 512, 3), np.uint8), clip, 30)
+    assert list(preview_faults(row, rendered)) == []
+    row["preview"] = {"bytes": encode_preview(clip[:, ::-1].copy(), 15)}
+    (fault,) = preview_faults(row, rendered)
+    assert "apart from its clip" in fault
