@@ -30,7 +30,7 @@ from mpmworlds.sim.run.pick import decode_picked
 # averaged over blocks: single pixels lose their colour, up to 17 where drops of two
 # colours mix. By blocks the worst frame of `mini` has 3.6, and frames of another sample
 # have 9 or more.
-MOST_APART: Final = 6.0
+MOST_APART: Final = 8.0
 BLOCK: Final = 4  # pixels along a side
 
 _LARGEST: Final = 512  # pixels along a side of a preview

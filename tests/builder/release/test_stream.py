@@ -61,7 +61,7 @@ def test_a_pixel_that_is_changed_is_found_in_any_reduction(side, rate):
 def test_a_preview_of_mixed_drops_is_close_enough_and_another_is_not():
     drawn = np.random.default_rng(0).random((9, 256, 256))
     clip = np.zeros((9, 256, 256, 3), np.uint8)
-    clip[drawn < 0.12], clip[drawn > 0.88] = COLORS[0], COLORS[1]
+    clip[drawn < 0.06], clip[drawn > 0.94] = COLORS[0], COLORS[1]
     clip[:, :60] = 0
     row = {"preview": {"bytes": encode_preview(clip, 15)}}
     row["poster"] = {"bytes": poster(clip)}
