@@ -156,6 +156,10 @@ def test_the_tier_that_holds_is_said(
             "no configuration 'gran",
         ),
         (["s04", "--release", "absent"], "absent/release.json: is not there"),
+        (
+            ["s04", "--verify", "--release", "RELEASE", "--config", "recipes"],
+            "recipes has no video of it to compare with",
+        ),
         (["s04", "--verify"], "there is no release here to compare with"),
     ],
 )

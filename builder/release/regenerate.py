@@ -64,11 +64,7 @@ class Regenerated:
         ValueError
             If the row has no video to compare with, or one that cannot be decoded.
         """
-        if "clip" not in self.row or self.row["frames_sha256"] is None:
-            raise ValueError(
-                f"{self.id}: {self.source} has no video of it to compare with; name a "
-                "release and a configuration with videos: --release DIR --config NAME"
-            )
+        _check_comparable(self.row, self.id, self.source)
         if (
             self.row["program"] != self.program
             or text_sha256(self.program) != self.row["program_sha256"]
@@ -86,6 +82,8 @@ def regenerate(
     release: Path | None = None,
     config: str | None = None,
     params: Parameters | None = None,
+    *,
+    to_compare: bool = False,
 ) -> Regenerated:
     """Link the scene of a sample and run the program.
 
@@ -100,6 +98,8 @@ def regenerate(
         whole corpus by default.
     params
         What the configurations are; those of the package by default.
+    to_compare
+        Refuse a row that has no video to compare with, before anything is simulated.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def regenerate(
     Raises
     ------
     LookupError, ValueError
-        If there is no such sample, or its scene is not valid.
+        If there is no such sample, or its scene is not valid, or nothing to compare.
     RunError
         If its program fails.
     """
@@ -120,6 +120,8 @@ def regenerate(
     else:
         row = _recorded(sample, config or CORPUS, params or Parameters.read())
         source = "the recorded manifest"
+    if to_compare:
+        _check_comparable(row, sample, source)
     text = row["scene"]
     if not isinstance(text, str):
         raise ValueError(f"{sample}: {source} has no scene of it; verify the release")
@@ -128,6 +130,14 @@ def regenerate(
     frames = run(program, trusted=True).expect()
     rate = scene.output.framerate
     return Regenerated(sample, source, row, text, program, frames, rate)
+
+
+def _check_comparable(row: Mapping[str, Any], sample: str, source: str) -> None:
+    if "clip" not in row or row["frames_sha256"] is None:
+        raise ValueError(
+            f"{sample}: {source} has no video of it to compare with; name a release "
+            "and a configuration with videos: --release DIR --config NAME"
+        )
 
 
 def _recorded(sample: str, config: str, params: Parameters) -> dict[str, Any]:

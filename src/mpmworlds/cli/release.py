@@ -119,7 +119,9 @@ def regenerate(options: argparse.Namespace) -> int:
     check_folder(out)
     if options.verify and options.release is None:
         options.release = _usual_release()
-    made = regenerated(options.id, options.release, options.config)
+    made = regenerated(
+        options.id, options.release, options.config, to_compare=options.verify
+    )
     paths = made.write(out)
     tier = made.compared() if options.verify else None
     if options.json:

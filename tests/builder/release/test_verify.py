@@ -19,6 +19,7 @@ from mpmworlds.builder.plan.manifest import (
 from mpmworlds.builder.release import verify
 from mpmworlds.builder.release.build import build_release
 from mpmworlds.builder.release.checks import shard as shard_check
+from mpmworlds.builder.release.checks import values
 from mpmworlds.builder.release.features import features_of, recipe_features
 from mpmworlds.builder.release.layout import (
     Batch,
@@ -878,6 +879,35 @@ def test_a_row_that_is_not_that_of_the_package_is_found(package_copy):
         "its recipe (id to program_sha256) is not that of the corpus of this package"
     )
     assert found(findings_of(package_copy), f"{SOME}: s01", fault)
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (changed(motion=0.75), "its recipe (id to program_sha256) is not that of"),
+        (changed(framerate=15), "framerate = 15, its scene says"),
+        (changed(num_frames=3), "num_frames = 3, its scene says"),
+        (changed(materials=["snow"]), "materials = ['snow'], its scene says"),
+        (changed(program="pass"), "its program is not the one that program_sha256"),
+        (changed(kind="child"), "kind = 'child', its id says"),
+    ],
+)
+def test_the_quick_check_finds_wrong_values_of_recorded_rows(
+    package_copy, change, fault
+):
+    rewrite(package_copy, SOME, change)
+    assert found(findings_of(package_copy, videos=False), f"{SOME}: s01", fault)
+
+
+def test_the_quick_check_links_no_row_that_is_as_recorded(package_copy, monkeypatch):
+    def refuse(scene):
+        raise AssertionError(f"linked {scene}")
+
+    monkeypatch.setattr(values, "link", refuse)
+    values._facts_of.cache_clear()
+    assert len(findings_of(package_copy, videos=False)) == 1  # its wrong frames_sha256
+    with pytest.raises(AssertionError, match="linked"):
+        findings_of(package_copy)
 
 
 @pytest.mark.parametrize(
