@@ -79,16 +79,19 @@ class Sample:
             fault = _fault("prefix", answer.prefix, self.prefix)
         return fault or answer
 
-    def _to_the_end(self, candidate: Candidate | Runnable | Failure) -> Scored:
+    def _to_the_end(
+        self, candidate: Candidate | Runnable | Failure, prefix: Scores | None = None
+    ) -> Scored:
+        """Run it and score it; of the prefix only where that has not been done."""
         if isinstance(candidate, Runnable):
             candidate = self._drawn(candidate)
         if isinstance(candidate, Failure):
-            return Scored(candidate.outcome, candidate.reason)
+            return Scored(candidate.outcome, candidate.reason, prefix=prefix)
         seen = View(candidate.continuation, "continuation")
         return Scored(
             "ok",
             continuation=score(seen, self.continuation),
-            prefix=self._of_prefix(candidate.prefix),
+            prefix=prefix or self._of_prefix(candidate.prefix),
             curves=_curves(seen, self.continuation),
             frames=candidate.continuation,
         )
@@ -132,8 +135,7 @@ class Sample:
             if isinstance(entry, Failure):
                 found.append(Scored(entry.outcome, entry.reason))
             elif number in winners or isinstance(candidate, Candidate):
-                whole = self._to_the_end(candidate)
-                found.append(_with_prefix(whole, entry))
+                found.append(self._to_the_end(candidate, entry))
             else:
                 reason = "another candidate is as good on the prefix, by any metric"
                 found.append(Scored(PASSED_OVER, reason, prefix=entry))
@@ -176,18 +178,6 @@ class _Race:
     def winners(self) -> set[int]:
         """Candidates that some metric chooses."""
         return {number for _, number in self._ahead.values()}
-
-
-def _with_prefix(whole: Scored, prefix: Scores | None) -> Scored:
-    """What a candidate came to in the end; its prefix is the one it was chosen by."""
-    return Scored(
-        whole.outcome,
-        whole.reason,
-        whole.continuation,
-        prefix,
-        whole.curves,
-        whole.frames,
-    )
 
 
 def _curves(seen: View, truth: View) -> dict[str, list[float]]:

@@ -73,6 +73,7 @@ class View:
         self.clip = np.ascontiguousarray(clip)
         self.constants = constants
         self._memo: dict[Callable[..., Any], Any] = {}
+        self._pairs: dict[tuple[Callable[..., Any], View], Any] = {}
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -85,6 +86,14 @@ class View:
         if work not in self._memo:
             self._memo[work] = work(self)
         found: V = self._memo[work]
+        return found
+
+    def once_beside(self, other: "View", work: Callable[["View", "View"], V]) -> V:
+        """What a function makes of this view and another, which is called for once."""
+        key = work, other
+        if key not in self._pairs:
+            self._pairs[key] = work(self, other)
+        found: V = self._pairs[key]
         return found
 
     @cached_property

@@ -86,6 +86,20 @@ def _sliced_areas(one: View, other: View, frames: npt.NDArray[np.intp]) -> Curve
     return areas
 
 
+def _curve(one: View, other: View) -> Curve:
+    some_p, some_r = one.sizes > 0, other.sizes > 0
+    result: Curve = (some_p != some_r).astype(np.float64)
+    differ = np.array(
+        [not np.array_equal(p, r) for p, r in zip(one.mask, other.mask, strict=True)]
+    )
+    frames = np.flatnonzero(some_p & some_r & differ)
+    for start in range(0, frames.size, TOGETHER):
+        some = frames[start : start + TOGETHER]
+        mass = one.sizes[some] * other.sizes[some] * one.constants.semd_directions
+        result[some] = _sliced_areas(one, other, some) / mass
+    return result
+
+
 def curve(pred: Clip | View, ref: Clip | View) -> Curve:
     """Compute the sliced Wasserstein-1 distance of every frame's foregrounds.
 
@@ -107,17 +121,7 @@ def curve(pred: Clip | View, ref: Clip | View) -> Curve:
         If the arrays are not two clips of equal shape.
     """
     one, other = compared(pred, ref)
-    some_p, some_r = one.sizes > 0, other.sizes > 0
-    result: Curve = (some_p != some_r).astype(np.float64)
-    differ = np.array(
-        [not np.array_equal(p, r) for p, r in zip(one.mask, other.mask, strict=True)]
-    )
-    frames = np.flatnonzero(some_p & some_r & differ)
-    for start in range(0, frames.size, TOGETHER):
-        some = frames[start : start + TOGETHER]
-        mass = one.sizes[some] * other.sizes[some] * one.constants.semd_directions
-        result[some] = _sliced_areas(one, other, some) / mass
-    return result
+    return one.once_beside(other, _curve)
 
 
 def semd(pred: Clip | View, ref: Clip | View) -> float:
