@@ -28,8 +28,9 @@ BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
 COARSE: Final = 0.3  # part of a first step that is fine enough before all is sure
 FINE: Final = 0.08
-ROUNDS: Final = 3  # of refinement and doubt
-KEPT: Final = 0.5  # of what is left, for after the first of them
+CLOSE: Final = 2  # readings of matter whose numbers are refined before one is chosen
+SHARE: Final = 0.3  # of the budget that is left, for each of them
+ROUNDS: Final = 2  # of refinement and doubt, after that
 ALIKE: Final = 3.0  # ratio of typical numbers of two classes that are of one kind
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 UNBALANCED: Final = ("ring",)  # shapes that no rigid body has if they are open
@@ -255,9 +256,13 @@ class Search:
 
     def _refine_all(self) -> None:
         """Numbers of the best scene, what was decided without them, and the rivals."""
-        for finest in (COARSE, *(FINE,) * (ROUNDS - 1)):
-            kept = KEPT * self._lab.left if finest == COARSE else 0.0
-            self._refine(self.best, finest, kept)
+        # Classes of one kind trade against stiffness: each is judged with its own.
+        begun, all_ = self._lab.left, _distinct(self.trials, _classes)
+        near = [t for t in all_[:CLOSE] if t.loss < RUNNER_UP * self.best.loss]
+        for number, trial in enumerate(near, 1):
+            self._refine(trial, COARSE, begun * (1.0 - SHARE * number))
+        for _ in range(ROUNDS):
+            self._refine(self.best, FINE)
             before = self.best
             if self._known.doubt.walls:
                 self._other_walls(before.data)
@@ -267,7 +272,7 @@ class Search:
                         changed = copy.deepcopy(before.data)
                         self._turn(changed, number, name, alike=True)
                         self._try(changed, f"{number} {name}, again")
-            if self.best is before and finest == FINE:
+            if self.best is before:
                 break
         for rival in _distinct(self.trials, _reading)[1:]:
             if rival.loss < RUNNER_UP * self.best.loss:
