@@ -20,7 +20,7 @@ from mpmworlds.baselines.search.trials.readings import (
     reading_of,
     shared,
 )
-from mpmworlds.baselines.search.trials.refine import refine
+from mpmworlds.baselines.search.trials.refine import Line, refine
 from mpmworlds.baselines.search.trials.unusual import rare, unusual
 from mpmworlds.sim.scene.objects import MATERIALS
 
@@ -70,6 +70,7 @@ class Search:
     def __init__(self, lab: Lab, prior: Prior, known: Known) -> None:
         self._lab, self._prior, self._known = lab, prior, known
         self._rankings: dict[int, list[str]] = {}
+        self._lines: dict[str, Line] = {}
         self.trials: list[Trial] = []
         """All scenes that were run over the whole prefix."""
 
@@ -194,8 +195,6 @@ class Search:
     def _each_by_itself(self) -> None:
         """Each thing of another class than the others, one by one and in pairs."""
         sought = self._sought(self.best.data)
-        if len(sought) < 2:
-            return
         tried: set[tuple[str, ...]] = set()
         for _ in range(2):
             before = self.best
@@ -265,6 +264,7 @@ class Search:
             lambda data, what: self._try(data, what).loss,
             finest,
             lambda: self._lab.left > kept,
+            self._lines,
         )
 
     def candidates(self, count: int) -> list[Trial]:
