@@ -80,7 +80,7 @@ def moves_of(data: Data, doubt: Doubt, by_color: Mapping[str, float]) -> Iterato
         if "contact" in thing and "contact" not in doubt.told.get(number, {}):
             yield Move(f"{number}.friction", 0.3, 0.4, _friction(number))
     for axis in doubt.gravity:
-        yield Move(f"gravity[{axis}]", 0.15, 0.7, _pull(axis, doubt.flights))
+        yield Move(f"gravity[{axis}]", 0.15, 0.35, _pull(axis, doubt.flights))
     if doubt.walls and data["environment"]["walls"]["contact"] != "sticky":
         yield Move("walls.friction", 0.2, 0.5, _rub)
 
