@@ -6,7 +6,7 @@ from typing import Any, Final
 from mpmworlds.baselines.search.guess import Thing
 from mpmworlds.baselines.search.infer import Found
 from mpmworlds.baselines.search.perception.colors import EXACT
-from mpmworlds.baselines.search.trials.search import Trial
+from mpmworlds.baselines.search.trials.readings import Trial
 from mpmworlds.sim.scene.palette import PALETTE
 
 SURE: Final = 0.03  # loss by which everything else is worse

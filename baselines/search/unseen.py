@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from mpmworlds.baselines.search.prior import Prior
-from mpmworlds.baselines.search.trials.search import Search, Trial
+from mpmworlds.baselines.search.trials.readings import Trial
+from mpmworlds.baselines.search.trials.search import Search
 
 Data = dict[str, Any]
 

@@ -1,11 +1,11 @@
 """Scores of search on the samples of development, beside copy_last and the ceiling."""
 
 import argparse
-import resource
 import statistics
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from benchmarks.search.rows import SPLITS, chosen_ids, examples
 
@@ -17,7 +17,6 @@ from mpmworlds.baselines.scoring import HOW
 from mpmworlds.loaders.regimes import DEFAULT, REGIMES
 
 COLUMNS: Final = ("mask_iou", "wmae", "color_tv", "collapse_excess", "anomaly")
-TIMES: Final = "seconds.txt"  # of a sample, on one core
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -27,51 +26,52 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--runs", type=int, default=24)
     parser.add_argument("--minutes", type=float, default=3.0)
     parser.add_argument("--candidates", type=int, default=1)
+    parser.add_argument("--split", choices=SPLITS, help="only this one")
 
 
 def carry_out(options: argparse.Namespace) -> None:
     """Evaluate, sample by sample in this process, and print the table."""
     told = {name: getattr(options, name) for name in ("runs", "minutes", "candidates")}
-    seconds: dict[str, float] = {}
+    splits = [options.split] if options.split else list(SPLITS)
+    both = []
     for name, made_with in (("search", told), ("copy_last", {})):
-        predictor = predictor_named(name, made_with)
-        for split in SPLITS:
-            out = options.out / name / split
-            ids = chosen_ids(options.release, split, options.config)
-            provenance = Provenance.of(
-                options.release,
-                predictor,
-                options.config,
-                split,
-                options.regime,
-                options=made_with,
-            )
-            before = _seconds()
-            evaluate_examples(
-                examples(options.release, split, options.config, ids, options.regime),
-                predictor,
-                provenance,
-                out,
-                how=HOW,
-            )
-            seconds[f"{name} {split}"] = (_seconds() - before) / len(ids)
-    print(
-        "\n".join(table(*(read_all(options.out / n) for n in ("search", "copy_last"))))
+        for split in splits:
+            start = time.monotonic()
+            count = _evaluate(options, name, made_with, split)
+            seconds = (time.monotonic() - start) / count
+            print(f"{name}, {split}: {seconds:.0f} s a sample, if none was there")
+        both.append(read_all(options.out / name, splits))
+    print("\n".join(table(*both)))
+
+
+def _evaluate(
+    options: argparse.Namespace, name: str, made_with: Mapping[str, Any], split: str
+) -> int:
+    """Evaluate on the samples of a split; returns how many."""
+    predictor = predictor_named(name, made_with)
+    ids = chosen_ids(options.release, split, options.config)
+    provenance = Provenance.of(
+        options.release,
+        predictor,
+        options.config,
+        split,
+        options.regime,
+        options=made_with,
     )
-    for what, value in seconds.items():
-        print(f"{what}: {value:.0f} s of a core a sample, if all were run now")
+    evaluate_examples(
+        examples(options.release, split, options.config, ids, options.regime),
+        predictor,
+        provenance,
+        options.out / name / split,
+        how=HOW,
+    )
+    return len(ids)
 
 
-def _seconds() -> float:
-    """Time on a core of this process and of those that it has started [s]."""
-    used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(u.ru_utime + u.ru_stime for u in used)
-
-
-def read_all(folder: Path) -> dict[str, Result]:
+def read_all(folder: Path, splits: Sequence[str]) -> dict[str, Result]:
     """Best candidate, by the overlap of its prefix, of each sample of all splits."""
     best: dict[str, Result] = {}
-    for split in SPLITS:
+    for split in splits:
         for result in read_results(folder / split / RESULTS)[1]:
             rival = best.get(result.sample_id)
             if rival is None or _merit(result) > _merit(rival):

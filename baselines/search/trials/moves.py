@@ -77,9 +77,11 @@ def moves_of(data: Data, doubt: Doubt, by_color: Mapping[str, float]) -> Iterato
         loss = by_color.get(thing["visualization"]["color"], worst) / worst
         for move in _of_thing(number, thing, doubt):
             yield replace(move, weight=move.weight * max(loss, FAINTEST))
+        if "contact" in thing and "contact" not in doubt.told.get(number, {}):
+            yield Move(f"{number}.friction", 0.3, 0.4, _friction(number))
     for axis in doubt.gravity:
-        yield Move(f"gravity[{axis}]", 0.15, 0.7, _pull(axis, doubt.flights))
-    if doubt.walls and data["environment"]["walls"]["contact"] == "separate":
+        yield Move(f"gravity[{axis}]", 0.15, 0.35, _pull(axis, doubt.flights))
+    if doubt.walls and data["environment"]["walls"]["contact"] != "sticky":
         yield Move("walls.friction", 0.2, 0.5, _rub)
 
 
@@ -101,8 +103,6 @@ def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
     if thing.get("kinematics", {}).get("type") == "conveyor":
         if "surface_speed" not in (known.get("kinematics") or {}):
             yield _scaling(number, ("kinematics", "surface_speed"), 0.3, 1.0)
-    if "contact" in thing and "contact" not in known:
-        yield Move(f"{number}.friction", 0.3, 0.45, _friction(number))
 
 
 def _at(data: Data, number: int, path: tuple[str, ...]) -> tuple[Any, str]:

@@ -8,7 +8,8 @@ from mpmworlds.baselines.search.trials.moves import Data, Move
 
 LONGER: Final = 1.7  # a step after one that helped
 SHORTER: Final = 0.4  # after one that helps to neither side
-FAINTER: Final = 0.45  # what a number promises after it did not help
+FAINTER: Final = 0.35  # what a number promises after it did not help
+WORTH: Final = 6.0  # what it promises more for each part of the loss that it saved
 STRIDES: Final = 3  # steps along one number at a time
 APART: Final = 0.15  # of a step: what lies nearer is known
 
@@ -43,7 +44,8 @@ def refine(
     moves: Sequence[Move],
     tried: Tried,
     finest: float,
-    going: Callable[[], bool] = lambda: True,
+    going: Callable[[], bool],
+    known: dict[str, Line],
 ) -> tuple[Data, float]:
     """Change numbers of a scene while that lowers its loss.
 
@@ -59,20 +61,31 @@ def refine(
         Part of its first step below which a step is not worth a run.
     going
         Asked before each number whether to go on.
+    known
+        By the names of moves, what is known of them from other scenes; kept up.
 
     Returns
     -------
     dict, float
         The best scene, and its loss.
     """
-    lines = [Line(move, move.weight) for move in moves]
+    lines = []
+    for move in moves:
+        before = known.get(move.what)
+        line = Line(move, move.weight if before is None else before.hope)
+        line.step = (
+            move.step
+            if before is None
+            else max(before.step, finest * move.step, key=abs)
+        )
+        known[move.what] = line
+        lines.append(line)
     while going() and (alive := [line for line in lines if line.alive(finest)]):
         line = max(alive, key=lambda one: one.hope)  # the first of equal ones
         found, lower = _along(line, data, loss, tried)
         gain = loss - lower
         if gain > 0.0:
-            line.hope = max(line.move.weight, FAINTER * line.hope)
-            line.hope *= min(1.0, 0.3 + 10.0 * gain / max(loss, 1e-9))
+            line.hope *= min(1.0, FAINTER + WORTH * gain / loss)
         else:
             line.hope *= FAINTER
         data, loss = found, lower

@@ -2,7 +2,7 @@
 
 import copy
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -11,40 +11,33 @@ from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
 from mpmworlds.baselines.search.trials.loss import Losses
 from mpmworlds.baselines.search.trials.moves import Doubt, moves_of
-from mpmworlds.baselines.search.trials.refine import refine
-from mpmworlds.sim.scene.objects import MATERIALS, RELEASED
+from mpmworlds.baselines.search.trials.readings import (
+    Trial,
+    class_of,
+    classes_of,
+    distinct,
+    may_be,
+    reading_of,
+    shared,
+)
+from mpmworlds.baselines.search.trials.refine import Line, refine
+from mpmworlds.baselines.search.trials.unusual import rare, unusual
+from mpmworlds.sim.scene.objects import MATERIALS
 
 Data = dict[str, Any]
 
 LEAST_LIKELY: Final = 1.0  # loss of a class that nothing is known of
 FINALISTS: Final = 3  # classes of matter that see the whole prefix
 RIVALS: Final = 3  # classes that each thing is tried with by itself
-SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
-SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
-UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
-ASTRAY: Final = 0.004  # loss that so large a one is worth
 BELT_GAIN: Final = 0.004  # loss that a belt must save
 BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
 COARSE: Final = 0.3  # part of a first step that is fine enough before all is sure
 FINE: Final = 0.08
-ROUNDS: Final = 3  # of refinement and doubt
-KEPT: Final = 0.5  # of what is left, for after the first of them
-ALIKE: Final = 3.0  # ratio of typical numbers of two classes that are of one kind
+CLOSE: Final = 2  # readings of matter whose numbers are refined before one is chosen
+SHARE: Final = 0.3  # of the budget that is left, for each of them
+ROUNDS: Final = 2  # of refinement and doubt, after that
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
-UNBALANCED: Final = ("ring",)  # shapes that no rigid body has if they are open
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A scene that was run, and how far its prefix is off."""
-
-    loss: float
-    """Of the whole prefix, with what is unusual about the scene."""
-    data: Data
-    """Plain data."""
-    what: str
-    """The change that made it."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +70,7 @@ class Search:
     def __init__(self, lab: Lab, prior: Prior, known: Known) -> None:
         self._lab, self._prior, self._known = lab, prior, known
         self._rankings: dict[int, list[str]] = {}
+        self._lines: dict[str, Line] = {}
         self.trials: list[Trial] = []
         """All scenes that were run over the whole prefix."""
 
@@ -105,20 +99,7 @@ class Search:
         return self.trials[-1]
 
     def _unusual(self, data: Data) -> float:
-        names = [_class(t) for t in data["objects"] if "physics_properties" in t]
-        extra = SECOND_CLASS * max(len(set(names)) - 1, 0)
-        law = data["environment"]["walls"]["contact"]
-        shares = [w["share"] for w in self._prior.walls if w["contact"] == law]
-        walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
-        matter = sum(map(self._rare, names)) / max(len(names), 1)
-        return matter + extra + walls + self._astray(data)
-
-    def _astray(self, data: Data) -> float:
-        """Loss of a gravity that is not the one that was measured."""
-        if self._known.gravity is None:
-            return 0.0
-        off = math.dist(data["environment"]["gravity"], self._known.gravity)
-        return ASTRAY * (off / UNSURE) ** 2
+        return unusual(data, self._prior, self._known.gravity)
 
     def _told(self, number: int) -> Mapping[str, Any]:
         return self._known.doubt.told.get(number, {})
@@ -156,20 +137,17 @@ class Search:
             self._rankings[number] = sorted(
                 (n for n in ranking if may_be(data["objects"][number], n)),
                 key=lambda n: (
-                    losses[n].by_color.get(color, LEAST_LIKELY) + self._rare(n)
+                    losses[n].by_color.get(color, LEAST_LIKELY) + rare(n, self._prior)
                 ),
             )
         mixed = copy.deepcopy(data)
         for number in sought:
             self._turn(mixed, number, self._rankings[number][0])
         self._try(scenes[ranking[0]], f"all {ranking[0]}")
-        if _classes(mixed) != _classes(scenes[ranking[0]]):
+        if classes_of(mixed) != classes_of(scenes[ranking[0]]):
             self._try(mixed, "each as it looks best")
         for name in ranking[1:FINALISTS]:
             self._try(scenes[name], f"all {name}")
-
-    def _rare(self, name: str) -> float:
-        return -SURPRISE * math.log(self._prior.materials[name]["share"])
 
     def _of_class(self, data: Data, numbers: Sequence[int], name: str) -> Data:
         changed = copy.deepcopy(data)
@@ -183,8 +161,8 @@ class Search:
         matter, thing = self._prior.typical(name), data["objects"][number]
         if alike:
             own = thing["physics_properties"]
-            usual = self._prior.typical(_class(thing))
-            matter |= {key: own[key] for key in _shared(usual, matter)}
+            usual = self._prior.typical(class_of(thing))
+            matter |= {key: own[key] for key in shared(usual, matter)}
         data["objects"][number] = of_matter(thing, matter, self._told(number))
 
     def _rivals_of_scene(self, scenes: Sequence[Data]) -> None:
@@ -217,18 +195,16 @@ class Search:
     def _each_by_itself(self) -> None:
         """Each thing of another class than the others, one by one and in pairs."""
         sought = self._sought(self.best.data)
-        if len(sought) < 2:
-            return
         tried: set[tuple[str, ...]] = set()
         for _ in range(2):
             before = self.best
-            if _classes(before.data) in tried:
+            if classes_of(before.data) in tried:
                 return
-            tried.add(_classes(before.data))
+            tried.add(classes_of(before.data))
             for number in sought:
                 for name in self._rankings[number][:RIVALS]:
                     thing = self.best.data["objects"][number]
-                    if name == _class(thing):
+                    if name == class_of(thing):
                         continue
                     changed = self._of_class(self.best.data, [number], name)
                     self._try(changed, f"{number} {name}")
@@ -255,21 +231,25 @@ class Search:
 
     def _refine_all(self) -> None:
         """Numbers of the best scene, what was decided without them, and the rivals."""
-        for finest in (COARSE, *(FINE,) * (ROUNDS - 1)):
-            kept = KEPT * self._lab.left if finest == COARSE else 0.0
-            self._refine(self.best, finest, kept)
+        # Classes of one kind trade against stiffness: each is judged with its own.
+        begun, all_ = self._lab.left, distinct(self.trials, classes_of)
+        near = [t for t in all_[:CLOSE] if t.loss < RUNNER_UP * self.best.loss]
+        for number, trial in enumerate(near, 1):
+            self._refine(trial, COARSE, begun * (1.0 - SHARE * number))
+        for _ in range(ROUNDS):
+            self._refine(self.best, FINE)
             before = self.best
             if self._known.doubt.walls:
                 self._other_walls(before.data)
             for number in self._sought(before.data):
                 for name in self._rankings[number][:RIVALS]:
-                    if name != _class(before.data["objects"][number]):
+                    if name != class_of(before.data["objects"][number]):
                         changed = copy.deepcopy(before.data)
                         self._turn(changed, number, name, alike=True)
                         self._try(changed, f"{number} {name}, again")
-            if self.best is before and finest == FINE:
+            if self.best is before:
                 break
-        for rival in _distinct(self.trials, _reading)[1:]:
+        for rival in distinct(self.trials, reading_of)[1:]:
             if rival.loss < RUNNER_UP * self.best.loss:
                 self._refine(rival, COARSE)
 
@@ -284,53 +264,9 @@ class Search:
             lambda data, what: self._try(data, what).loss,
             finest,
             lambda: self._lab.left > kept,
+            self._lines,
         )
 
     def candidates(self, count: int) -> list[Trial]:
         """The best scenes that differ in more than small numbers, best first."""
-        return _distinct(self.trials, _reading)[:count]
-
-
-def may_be(thing: Mapping[str, Any], name: str) -> bool:
-    """Whether a thing may be of a class."""
-    if thing["object_type"] == "emitter":
-        return name in RELEASED
-    shape = thing["shape"]
-    open_ = shape["type"] in UNBALANCED and shape.get("opening_deg", 0.0) > 0.0
-    return name != "rigid" or not open_
-
-
-def _shared(one: Data, other: Data) -> Iterator[str]:
-    """Numbers that two typical materials have and that are about as large."""
-    for key in sorted(one.keys() & other.keys() - {"constitutive_model"}):
-        low, high = sorted((one[key], other[key]))
-        if 0.0 < high <= ALIKE * low:
-            yield key
-
-
-def _class(thing: Mapping[str, Any]) -> str:
-    return str(thing["physics_properties"]["constitutive_model"])
-
-
-def _classes(data: Data) -> tuple[str, ...]:
-    return tuple(_class(t) for t in data["objects"] if "physics_properties" in t)
-
-
-def _reading(data: Data) -> tuple[Any, ...]:
-    environment = data["environment"]
-    kinds = tuple(thing["object_type"] for thing in data["objects"])
-    walls = environment["walls"]["contact"]
-    return _classes(data), tuple(environment["gravity"]), walls, kinds
-
-
-def _distinct(trials: Sequence[Trial], by: Any) -> list[Trial]:
-    """The best trial of each kind, best first."""
-    return list(_first_of_each(sorted(trials, key=lambda t: t.loss), by))
-
-
-def _first_of_each(trials: Sequence[Trial], by: Any) -> Iterator[Trial]:
-    seen = set()
-    for trial in trials:
-        if (key := by(trial.data)) not in seen:
-            seen.add(key)
-            yield trial
+        return distinct(self.trials, reading_of)[:count]

@@ -33,7 +33,7 @@ def test_the_bottom_is_found_in_few_runs(loss, left):
 
     start = {"x": 0.0, "y": 0.0}
     moves = [shifting("x", 0.3), shifting("y", 0.3)]
-    found, least = refine(start, loss(start), moves, tried, 0.08)
+    found, least = refine(start, loss(start), moves, tried, 0.08, lambda: True, {})
     assert (start, least) == ({"x": 0.0, "y": 0.0}, loss(found))
     assert least < left
     assert len(runs) < 45
@@ -48,7 +48,7 @@ def test_what_promises_most_is_first_and_what_does_not_help_is_left():
 
     start = {"x": 0.0, "z": 0.0}
     moves = [shifting("z", 0.3, 0.6), shifting("x", 0.3, 1.0)]
-    refine(start, valley({"y": 0.0} | start), moves, tried, 0.08)
+    refine(start, valley({"y": 0.0} | start), moves, tried, 0.08, lambda: True, {})
     assert runs[0] == "x"
     assert runs.count("z") <= 8
 
@@ -58,7 +58,7 @@ def test_a_budget_that_is_spent_ends_it():
         raise BudgetSpent
 
     with pytest.raises(BudgetSpent):
-        refine({"x": 0.0}, 1.0, [shifting("x", 0.1)], tried, 0.1)
+        refine({"x": 0.0}, 1.0, [shifting("x", 0.1)], tried, 0.1, lambda: True, {})
 
 
 def test_what_is_told_is_not_moved_and_the_worst_thing_comes_first():

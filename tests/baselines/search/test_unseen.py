@@ -3,7 +3,7 @@
 import math
 
 from mpmworlds.baselines.search.prior import prior
-from mpmworlds.baselines.search.trials.search import Trial
+from mpmworlds.baselines.search.trials.readings import Trial
 from mpmworlds.baselines.search.unseen import proposals, variants
 from tests.baselines.search.worlds import world
 

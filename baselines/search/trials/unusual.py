@@ -1,0 +1,49 @@
+"""What a scene must save of its loss to be believed, for being unusual."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+from mpmworlds.baselines.search.prior import Prior
+from mpmworlds.baselines.search.trials.readings import classes_of
+
+Data = dict[str, Any]
+
+SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
+SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
+UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
+ASTRAY: Final = 0.004  # loss that so large a one is worth
+
+
+def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
+    """Loss of the prefix that makes up for how unusual a scene is.
+
+    Parameters
+    ----------
+    data
+        Plain data of the scene.
+    prior
+        What is usual.
+    gravity
+        As flights tell it, if they do [m/s^2].
+    """
+    names = classes_of(data)
+    extra = SECOND_CLASS * max(len(set(names)) - 1, 0)
+    law = data["environment"]["walls"]["contact"]
+    shares = [w["share"] for w in prior.walls if w["contact"] == law]
+    walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
+    matter = sum(rare(name, prior) for name in names) / max(len(names), 1)
+    return matter + extra + walls + _astray(data, gravity)
+
+
+def rare(name: str, prior: Prior) -> float:
+    """Loss that makes up for the rarity of a class."""
+    return -SURPRISE * math.log(prior.materials[name]["share"])
+
+
+def _astray(data: Data, gravity: Sequence[float] | None) -> float:
+    """Walls without friction look like a pull aside: gravity that is seen is kept."""
+    if gravity is None:
+        return 0.0
+    off = math.dist(data["environment"]["gravity"], gravity)
+    return ASTRAY * (off / UNSURE) ** 2
