@@ -17,6 +17,7 @@ from mpmworlds.sim.scene.palette import rgb
 from mpmworlds.sim.scene.scene import Scene
 
 LAST: Final = 5  # frames that tell whether a thing has settled
+TRUSTED: Final = 0.7  # overlap at the end of the prefix of a thing that is drawn well
 GONE: Final = 0.5  # overlap with itself of a thing that stays no longer
 
 Mask = npt.NDArray[np.bool_]
@@ -65,7 +66,8 @@ def carried(drawn: Frames, labels: Labels, colors: Collection[str]) -> Frames:
     -------
     ndarray
         The frames after the prefix. A pixel of such a colour keeps what was seen at the
-        end of the prefix while it is drawn as it is drawn there.
+        end of the prefix while it is drawn as it is drawn there; all of them do where
+        the scene does not draw it near to where it is.
     """
     known = len(labels.numbers)
     continued = drawn[known:].copy()
@@ -73,11 +75,16 @@ def carried(drawn: Frames, labels: Labels, colors: Collection[str]) -> Frames:
         paint = np.array(rgb(color), np.uint8)
         seen = labels.masks(color)[-1]
         before: Mask = (drawn[known - 1] == paint).all(axis=2)
+        lost = _overlap(before, seen) < TRUSTED
         for frame in continued:
             now: Mask = (frame == paint).all(axis=2)
-            if (now & before).sum() < GONE * (now | before).sum():
+            if not lost and _overlap(now, before) < GONE:
                 continue
-            wanted = np.where(now == before, seen, now)
+            wanted = seen if lost else np.where(now == before, seen, now)
             frame[now & ~wanted] = 0
             frame[wanted & ~frame.any(axis=2)] = paint
     return continued
+
+
+def _overlap(one: Mask, other: Mask) -> float:
+    return float((one & other).sum() / max((one | other).sum(), 1))
