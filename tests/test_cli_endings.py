@@ -96,10 +96,22 @@ def long_ones(scratch):
 
 def running(folder):
     """What runs of programs in a folder."""
-    command = ["ps", "-e", "-ww", "-o", "stat=,args="]
+    command = ["ps", "-e", "-ww", "-o", "pid=,stat=,args="]
     listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    lines = [line for line in listed.splitlines() if str(folder) in line]
-    return [line for line in lines if not line.startswith("Z")]
+    rows = [line.split(None, 2) for line in listed.splitlines()]
+    return [
+        " ".join(row)
+        for row in rows
+        if str(folder) in row[-1] + home_of(row[0]) and not row[1].startswith("Z")
+    ]
+
+
+def home_of(pid):
+    """Folder that a process is in; what was forked does not name it."""
+    try:
+        return os.readlink(f"/proc/{pid}/cwd")
+    except OSError:  # it has ended
+        return ""
 
 
 @pytest.mark.slow
