@@ -72,8 +72,7 @@ class View:
         check_clip(clip, subject)
         self.clip = np.ascontiguousarray(clip)
         self.constants = constants
-        self._memo: dict[Callable[..., Any], Any] = {}
-        self._pairs: dict[tuple[Callable[..., Any], View], Any] = {}
+        self._memo: dict[tuple[Any, ...], Any] = {}
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -81,19 +80,12 @@ class View:
         count, height, width, _ = self.clip.shape
         return count, height, width
 
-    def once(self, work: Callable[["View"], V]) -> V:
-        """What a function makes of this view, which it is called for once."""
-        if work not in self._memo:
-            self._memo[work] = work(self)
-        found: V = self._memo[work]
-        return found
-
-    def once_beside(self, other: "View", work: Callable[["View", "View"], V]) -> V:
-        """What a function makes of this view and another, which is called for once."""
-        key = work, other
-        if key not in self._pairs:
-            self._pairs[key] = work(self, other)
-        found: V = self._pairs[key]
+    def once(self, work: Callable[..., V], *beside: "View") -> V:
+        """What a function makes of this view, and of others, called for them once."""
+        key = work, *beside
+        if key not in self._memo:
+            self._memo[key] = work(self, *beside)
+        found: V = self._memo[key]
         return found
 
     @cached_property

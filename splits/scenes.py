@@ -1,15 +1,10 @@
 """Scenes of a manifest, read back quickly."""
 
-from typing import Any, Final
-
 import yaml
 from pydantic import ValidationError
 
+from mpmworlds.files.machine_yaml import read_machine_yaml
 from mpmworlds.sim.scene.scene import Scene
-
-# The parser in C is many times faster. What it lacks, such as refusing a key that is
-# given twice, matters for files that people write.
-_LOADER: Final[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def recorded_scene(text: str, source: str) -> Scene:
@@ -33,7 +28,7 @@ def recorded_scene(text: str, source: str) -> Scene:
         If the text is no scene.
     """
     try:
-        data = yaml.load(text, Loader=_LOADER)  # noqa: S506 - a SafeLoader
+        data = read_machine_yaml(text)
         objects = {"objects": tuple(data["objects"])}
         return Scene.model_validate(data | objects)
     except (yaml.YAMLError, ValidationError, TypeError, KeyError) as error:

@@ -8,6 +8,8 @@ import time
 
 import pytest
 
+from tests.sim.sandbox.confined import running_in
+
 WAITS = "import time\ntime.sleep(600)\n"
 VERBS = ("run", "materialise", "evaluate")
 EVALUATED = ("p0002", "p0002-n00")  # of the release
@@ -67,7 +69,7 @@ def begun(scratch):
         while len(long_ones(scratch)) < count and time.monotonic() < deadline:
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.05)
-        assert running(scratch)
+        assert running_in(scratch)
         return process
 
     yield begin
@@ -91,27 +93,7 @@ def long_ones(scratch):
         except FileNotFoundError:  # it has ended meanwhile
             continue
     long = [path for path, text in texts.items() if text == WAITS or "taichi" in text]
-    return [path for path in long if running(path.parent)]
-
-
-def running(folder):
-    """What runs of programs in a folder."""
-    command = ["ps", "-e", "-ww", "-o", "pid=,stat=,args="]
-    listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    rows = [line.split(None, 2) for line in listed.splitlines()]
-    return [
-        " ".join(row)
-        for row in rows
-        if str(folder) in row[-1] + home_of(row[0]) and not row[1].startswith("Z")
-    ]
-
-
-def home_of(pid):
-    """Folder that a process is in; what was forked does not name it."""
-    try:
-        return os.readlink(f"/proc/{pid}/cwd")
-    except OSError:  # it has ended
-        return ""
+    return [path for path in long if running_in(path.parent)]
 
 
 @pytest.mark.slow
@@ -130,7 +112,7 @@ def test_a_command_that_is_asked_to_end_tidies_up(
     send(process.pid, number)
     _, err = process.communicate(timeout=60)
     assert list(scratch.iterdir()) == []
-    assert running(scratch) == []
+    assert running_in(scratch) == []
     assert process.returncode == 128 + number
     told = f"mpmworlds {verb}: ended by {number.name}; run it again to go on"
     assert err.splitlines()[-1] == told

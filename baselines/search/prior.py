@@ -17,6 +17,7 @@ import numpy as np
 import yaml
 
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.machine_yaml import read_machine_yaml
 from mpmworlds.loaders.load import load
 from mpmworlds.sim.scene.objects import MATERIALS
 
@@ -181,8 +182,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--config", default="recipes")
     options = parser.parse_args(arguments)
     rows = load(options.release, "train", options.config).table
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    table = counted(yaml.load(text, loader) for text in rows["scene"])  # noqa: S506
+    table = counted(map(read_machine_yaml, rows["scene"]))
     write_prior(vars(table))
 
 

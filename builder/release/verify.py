@@ -7,6 +7,7 @@ and what is simulated is what was linked here, in the sandbox.
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
@@ -193,23 +194,17 @@ def _media_findings(
     root: Path, record: Record, reports: Sequence[Report], workers: int
 ) -> Mapping[str, list[Finding]]:
     """Path of each file -> what is wrong with videos of its good rows."""
-    rows: dict[tuple[int, int], list[int]] = {}
-    batches: dict[tuple[int, int], Batch] = {}
-    for place, report in enumerate(reports):
-        for _, batch, number in report.good:
-            key = place, batch.offset
-            batches[key] = batch
-            rows.setdefault(key, []).append(number)
     tasks = [
         MediaTask(
             root,
             record,
-            reports[key[0]].task.config,
-            reports[key[0]].task.path,
+            report.task.config,
+            report.task.path,
             batch,
-            rows[key],
+            [number for _, _, number in good],
         )
-        for key, batch in batches.items()
+        for report in reports
+        for batch, good in groupby(report.good, key=lambda row: row[1])
     ]
     found: dict[str, list[Finding]] = {}
     each = results_of(

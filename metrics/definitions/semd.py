@@ -121,7 +121,7 @@ def curve(pred: Clip | View, ref: Clip | View) -> Curve:
         If the arrays are not two clips of equal shape.
     """
     one, other = compared(pred, ref)
-    return one.once_beside(other, _curve)
+    return one.once(_curve, other)
 
 
 def semd(pred: Clip | View, ref: Clip | View) -> float:

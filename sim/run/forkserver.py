@@ -8,7 +8,6 @@ import json
 import os
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import time
@@ -21,9 +20,8 @@ from mpmworlds.files.closeable import Closeable
 from mpmworlds.files.scratch import Scratch
 from mpmworlds.sim.run.process import environment
 from mpmworlds.sim.run.receive import TAIL
+from mpmworlds.sim.run.zygote import ANSWER, RUNNING
 
-ANSWER: Final = struct.Struct("<q")  # of `zygote.py`
-RUNNING: Final = -1  # answer about a process that has not ended
 OFTEN: Final = 0.002  # seconds between questions
 
 

@@ -90,7 +90,7 @@ def _decode(
             smaller = reformatter.reformat(
                 picture, side, side, _PLANAR, interpolation=Interpolation.POINT
             )
-            green, blue, red = map(_values, smaller.planes)
+            green, blue, red = map(values_of, smaller.planes)
             cv2.merge([red, green, blue], dst=frames[places[seen]])
         seen += 1
     if seen < end:
@@ -98,7 +98,7 @@ def _decode(
     return frames
 
 
-def _values(plane: VideoPlane) -> Frames:
+def values_of(plane: VideoPlane) -> Frames:
     """Values (height, width) of a plane, as a view."""
     rows = np.asarray(memoryview(plane), np.uint8)  # of a line each, padded
     return rows.reshape(plane.height, plane.line_size)[:, : plane.width]

@@ -7,7 +7,6 @@ session of its own. A message `about` a number is answered by how that process h
 ended, or by -1 while it runs.
 """
 
-import ast
 import contextlib
 import faulthandler
 import gc
@@ -19,13 +18,12 @@ import socket
 import struct
 import sys
 import traceback
-from functools import cache
-from types import FunctionType, ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any
 
 LARGEST_MESSAGE = 1 << 16
 ANSWER = struct.Struct("<q")
-RUNNING = -1
+RUNNING = -1  # answer about a process that has not ended
 GOODBYE = b"."  # follows the report when the kernels are written
 
 
@@ -109,7 +107,7 @@ def _become_trial(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> No
     try:
         os.setsid()
         gc.disable()
-        _spare_the_compiler()
+        _load("quick").quicken()
         log = os.open(arguments.pop("log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(log, 1)
         os.dup2(log, 2)
@@ -123,46 +121,6 @@ def _become_trial(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> No
         code = 0
     finally:
         os._exit(code)
-
-
-def _spare_the_compiler() -> None:
-    """Leave out what Taichi does in Python for its error messages only.
-
-    It lays out the source position of every expression, and reads and wraps the text of
-    a function at each of its calls: half of its time in Python. What it compiles, and
-    so every bit of a result, stays the same.
-    """
-    compiler: Any = importlib.import_module("taichi.lang.kernel_impl")
-    compiler.getsourcefile = lambda function: function.__code__.co_filename
-    compiler.getsourcelines = _lines_of
-    compiler.textwrap = SimpleNamespace(fill=_as_it_is, dedent=_as_it_is)
-    compiler._inside_class = lambda level_of_class_stackframe: False
-    transformer: Any = importlib.import_module("taichi.lang.ast.ast_transformer_utils")
-    transformer.ASTTransformerContext.get_pos_info = lambda self, node: ""
-
-
-def _as_it_is(text: str, **options: int) -> str:
-    return text
-
-
-def _lines_of(function: FunctionType) -> tuple[list[str], int]:
-    """Lines of a function at the top of a module, and the number of the first."""
-    lines, ends = _definitions(function.__code__.co_filename)
-    first = function.__code__.co_firstlineno
-    return lines[first - 1 : ends[first]], first
-
-
-@cache
-def _definitions(path: str) -> tuple[list[str], dict[int, int]]:
-    """Lines of a module, and the last line of each function by its first."""
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
-    ends = {}
-    for node in ast.parse(text).body:
-        if isinstance(node, ast.FunctionDef):
-            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-            ends[first] = node.end_lineno or first
-    return text.splitlines(), ends
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Numbers of a scene, one after the other: always the one that promises most."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 from mpmworlds.baselines.search.trials.moves import Data, Move
@@ -22,12 +22,8 @@ class Line:
     """What it changes."""
     hope: float
     """What it promises."""
-    step: float = field(init=False)
+    step: float
     """The next step."""
-
-    def __post_init__(self) -> None:
-        """Begin with the first step."""
-        self.step = self.move.step
 
     def alive(self, finest: float) -> bool:
         """Whether its step is still so much of the first one."""
@@ -71,13 +67,10 @@ def refine(
     """
     lines = []
     for move in moves:
-        before = known.get(move.what)
-        line = Line(move, move.weight if before is None else before.hope)
-        line.step = (
-            move.step
-            if before is None
-            else max(before.step, finest * move.step, key=abs)
-        )
+        line = Line(move, move.weight, move.step)
+        if before := known.get(move.what):
+            line.hope = before.hope
+            line.step = max(before.step, finest * move.step, key=abs)
         known[move.what] = line
         lines.append(line)
     while going() and (alive := [line for line in lines if line.alive(finest)]):

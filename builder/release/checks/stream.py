@@ -13,11 +13,11 @@ import av
 import cv2
 import numpy as np
 from av.error import FFmpegError
-from av.video.plane import VideoPlane
 from av.video.reformatter import VideoReformatter
 
 from mpmworlds.metrics.reduction import Frames
 from mpmworlds.sim.run.encode import has_our_planes, iter_mp4, undecodable
+from mpmworlds.sim.run.pick import values_of
 
 _PLANAR: Final = "gbrp"  # packed "rgb24" takes half as long again, merging included
 _THREADS: Final = 2  # one decodes while the other converts
@@ -61,14 +61,8 @@ def _of_our_planes(data: bytes) -> Iterator[Frames]:
                 if (picture.height, picture.width) != frame.shape[:2]:
                     raise undecodable(data)
                 planar = reformatter.reformat(picture, format=_PLANAR)
-                green, blue, red = map(_values, planar.planes)
+                green, blue, red = map(values_of, planar.planes)
                 cv2.merge([red, green, blue], dst=frame)
                 yield frame
     except (FFmpegError, IndexError, EOFError):
         raise undecodable(data) from None
-
-
-def _values(plane: VideoPlane) -> Frames:
-    """Values (height, width) of a plane, as a view."""
-    rows = np.asarray(memoryview(plane), np.uint8)  # of a line each, padded
-    return rows.reshape(plane.height, plane.line_size)[:, : plane.width]

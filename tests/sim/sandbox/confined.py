@@ -74,6 +74,11 @@ def answer(program, targets, folder, server):
 def left(folder):
     """What runs a moment from now of programs that lie in a folder."""
     time.sleep(0.3)
+    return running_in(folder)
+
+
+def running_in(folder):
+    """What runs of programs that lie in a folder."""
     command = ["ps", "-e", "-ww", "-o", "pid=,stat=,args="]
     listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     rows = [line.split(None, 2) for line in listed.splitlines()]
