@@ -22,6 +22,8 @@ class Task:
     """The frames that have been seen."""
     side_info: str
     """What the regime tells of the scene; empty if it tells nothing."""
+    regime: str
+    """Name of the regime, see `mpmworlds.loaders.regimes`."""
     horizon: int
     """Number of frames to predict."""
     framerate: int

@@ -9,18 +9,19 @@ from typing import Any, Final
 
 from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
-from mpmworlds.baselines.search.predictor import ProgramSearch
 
+ROOMS: Final = ("search",)  # those with a module `predictor`, whose classes it has
 NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 def _built_in() -> Mapping[str, Callable[..., AnyPredictor]]:
-    """Each module of `mpmworlds.baselines.simple` has one class or more with a name."""
-    found: dict[str, Callable[..., AnyPredictor]] = {ProgramSearch.name: ProgramSearch}
-    for module in pkgutil.iter_modules(simple.__path__):
-        content = vars(import_module(f"{simple.__name__}.{module.name}"))
-        for item in content.values():
-            if isinstance(item, type) and item.__module__.endswith(f".{module.name}"):
+    """Each module of `simple`, and each `predictor`, has classes with a name."""
+    rooms = [f"mpmworlds.baselines.{room}.predictor" for room in ROOMS]
+    modules = pkgutil.iter_modules(simple.__path__, f"{simple.__name__}.")
+    found: dict[str, Callable[..., AnyPredictor]] = {}
+    for place in [*(module.name for module in modules), *rooms]:
+        for item in vars(import_module(place)).values():
+            if isinstance(item, type) and item.__module__ == place:
                 name = getattr(item, "name", None)
                 if isinstance(name, str):
                     found[name] = item

@@ -164,6 +164,7 @@ def task_of(example: Example) -> Task:
         id=neutral_name(example.id),
         prefix=example.prefix,
         side_info=example.side_info,
+        regime=example.regime.name,
         horizon=len(example.continuation),
         framerate=example.framerate,
         form=VideoForm.of_row(example.row),

@@ -28,7 +28,19 @@ EXCEPTIONS = {
     ("loaders", "mpmworlds.builder.release.layout"),
 }
 RELATIVE = "mpmworlds.sim.run.sandbox"  # loaded as a package of another name, too
-OPTIONAL = {"torch", "transformers", "diffusers", "ray", "matplotlib", "openai"}
+OPTIONAL = {
+    "accelerate",
+    "diffusers",
+    "matplotlib",
+    "openai",
+    "peft",
+    "ray",
+    "safetensors",
+    "tokenizers",
+    "torch",
+    "transformers",
+}
+MODELS = tuple(f"mpmworlds.baselines.{name}" for name in ("small", "vlm", "vdm"))
 
 
 @dataclass(frozen=True)
@@ -133,14 +145,46 @@ def taichi_errors(sources: Mapping[str, str]) -> list[str]:
 
 
 def optional_errors(sources: Mapping[str, str]) -> list[str]:
-    """Return the imports of optional packages that run at import time."""
-    return [
-        f"{module}:{found.line} imports {found.target}"
+    """Return the imports of optional packages that run when others are imported.
+
+    A module of a learned model may import them at its top, if all others that import
+    it do so within functions, or are such modules as well.
+    """
+    at_top = {
+        module: [
+            found
+            for found in imports_of(source)
+            if found.at_top and not found.for_types
+        ]
         for module, source in sources.items()
-        for found in imports_of(source)
-        if found.at_top
-        and not found.for_types
-        and found.target.split(".")[0] in OPTIONAL
+    }
+    heavy = {
+        module: [one for one in found if one.target.split(".")[0] in OPTIONAL]
+        for module, found in at_top.items()
+    }
+    optional = {
+        module
+        for module, found in heavy.items()
+        if found and any(is_or_is_in(module, model) for model in MODELS)
+    }
+    grown = True
+    while grown:  # what imports such a module at its top is one
+        more = {
+            module
+            for module, found in at_top.items()
+            if module not in optional
+            and any(is_or_is_in(module, model) for model in MODELS)
+            and not module.endswith(".predictor")  # which the registry imports
+            and any(is_or_is_in(one.target, two) for one in found for two in optional)
+        }
+        optional |= more
+        grown = bool(more)
+    return [
+        f"{module}:{one.line} imports {one.target}"
+        for module, found in at_top.items()
+        if module not in optional
+        for one in found
+        if one in heavy[module] or any(is_or_is_in(one.target, two) for two in optional)
     ]
 
 
@@ -215,6 +259,24 @@ def test_every_folder_is_read():
         ("taichi_errors", {"mpmworlds.sim.run.run": "def f():\n import taichi as ti"}),
         ("taichi_errors", {"mpmworlds.builder.a": "from taichi.lang import x"}),
         ("optional_errors", {"mpmworlds.loaders.t": "import torch.nn"}),
+        (
+            "optional_errors",
+            {
+                "mpmworlds.baselines.small.net": "import torch",
+                "mpmworlds.baselines.registry": (
+                    "from mpmworlds.baselines.small.net import x"
+                ),
+            },
+        ),
+        (
+            "optional_errors",
+            {
+                "mpmworlds.baselines.vlm.net": "import torch",
+                "mpmworlds.baselines.vlm.predictor": (
+                    "from mpmworlds.baselines.vlm.net import x"
+                ),
+            },
+        ),
         ("optional_errors", {"mpmworlds.cli": "try:\n from ray import x\nfinally: 0"}),
         (
             "cycle_errors",
@@ -257,6 +319,18 @@ def test_offending_module_is_found(check, sources):
         ("taichi_errors", {"mpmworlds.sim.run.readout": "import taichi as ti"}),
         ("taichi_errors", {"mpmworlds.sim.program.a": "TEXT = 'import taichi as ti'"}),
         ("optional_errors", {"mpmworlds.loaders.t": "def f():\n import torch"}),
+        (
+            "optional_errors",
+            {
+                "mpmworlds.baselines.vlm.net": "import torch",
+                "mpmworlds.baselines.vlm.training": (
+                    "from mpmworlds.baselines.vlm.net import x"
+                ),
+                "mpmworlds.baselines.vlm.predictor": (
+                    "def f():\n from mpmworlds.baselines.vlm.net import x"
+                ),
+            },
+        ),
         (
             "cycle_errors",
             {

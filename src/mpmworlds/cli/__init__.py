@@ -26,6 +26,7 @@ from mpmworlds.cli import (
     release,
     report,
     scenes,
+    train,
 )
 from mpmworlds.cli.common import WRONG_USE, say
 from mpmworlds.cli.endings import Ended, endings_raised
@@ -54,6 +55,7 @@ VERBS = (
     gallery.add_play,
     infer.add_infer,
     compare.add_compare,
+    train.add_train,
     evaluate.add_evaluate,
     evaluate.add_submission,
     report.add_report,

@@ -1,8 +1,9 @@
 """What the verbs share: exit statuses, messages, parameters."""
 
 import argparse
+import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,26 @@ def add_ray(parser: Any) -> None:
         help="work on a Ray cluster: 'local' starts one, 'auto' or HOST:PORT joins "
         "one, which then has --workers tasks at a time (default: a few per core)",
     )
+
+
+def named_values(given: Sequence[str], option: str) -> Mapping[str, Any]:
+    """What was given as NAME=VALUE, values as JSON where they are, else as text.
+
+    Raises
+    ------
+    ValueError
+        If something is not of that form; names the option.
+    """
+    found: dict[str, Any] = {}
+    for item in given:
+        key, equals, value = item.partition("=")
+        if not equals or not key.isidentifier():
+            raise ValueError(f"{option} {item!r}: must be NAME=VALUE")
+        try:
+            found[key] = json.loads(value)
+        except ValueError:
+            found[key] = value
+    return found
 
 
 def say(message: str) -> None:

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from mpmworlds.cli.common import (
     DONE,
     add_ray,
     add_workers,
+    named_values,
     new_verb,
     say,
 )
@@ -130,7 +130,7 @@ def evaluate(options: argparse.Namespace) -> int:
     from mpmworlds.baselines.scoring import How
     from mpmworlds.baselines.summary import summary_table
 
-    made_with = _options(options.predictor_option)
+    made_with = named_values(options.predictor_option, "--predictor-option")
     name = options.predictor
     if options.predictions:
         name = f"{Predictions.__module__}:{Predictions.__name__}"
@@ -161,19 +161,6 @@ def evaluate(options: argparse.Namespace) -> int:
     if options.headline:
         write_atomically(options.headline, headline_text(summary).encode())
     return DONE
-
-
-def _options(given: Sequence[str]) -> Mapping[str, Any]:
-    found: dict[str, Any] = {}
-    for item in given:
-        key, equals, value = item.partition("=")
-        if not equals or not key.isidentifier():
-            raise ValueError(f"--predictor-option {item!r}: must be NAME=VALUE")
-        try:
-            found[key] = json.loads(value)
-        except ValueError:
-            found[key] = value
-    return found
 
 
 def _ids(named: str | None, release: Path) -> list[str] | None:

@@ -63,7 +63,7 @@ def test_a_scene_whose_matter_rests_is_answered_with_its_frames():
     (color,) = matter_of(scene)
     prefix = np.zeros((38, 64, 64, 3), np.uint8)
     prefix[:, 50:58, 10:22] = rgb(color)
-    task = Task("x", prefix, "", 52, 15, VideoForm(90, 15, 64))
+    task = Task("x", prefix, "", "frames_only", 52, 15, VideoForm(90, 15, 64))
     answer = predictor.answer(task, scene.to_yaml())
     assert isinstance(answer, Candidate)
     assert answer.scene == scene.to_yaml()

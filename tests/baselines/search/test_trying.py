@@ -174,7 +174,7 @@ def test_scenes_that_are_far_off_are_not():
     ids=["black", "empty", "wide", "full"],
 )
 def test_what_cannot_be_searched_is_a_failure_that_says_why(prefix):
-    task = Task("x", prefix, "", 112, 15, FORM)
+    task = Task("x", prefix, "", "frames_only", 112, 15, FORM)
     (answer,) = predictor_named("search", {"runs": 1}).predict(task)
     assert isinstance(answer, Failure)
     assert (answer.outcome, bool(answer.reason)) == ("no_scene", True)

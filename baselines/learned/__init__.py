@@ -1,0 +1,1 @@
+"""What learned baselines have in common: settings, notes of checkpoints, devices."""
