@@ -73,7 +73,7 @@ class Prompt:
         return tuple(part for part in self.user if isinstance(part, Picture))
 
     def messages(self, show: Callable[[Picture], Message]) -> list[Message]:
-        """As messages of a chat.
+        """As messages of a chat; a text ends its line, as templates only join parts.
 
         Parameters
         ----------
@@ -82,7 +82,9 @@ class Prompt:
             pictures are handed over beside the messages.
         """
         content = [
-            {"type": "text", "text": part} if isinstance(part, str) else show(part)
+            {"type": "text", "text": f"{part}\n"}
+            if isinstance(part, str)
+            else show(part)
             for part in self.user
         ]
         return [
@@ -105,7 +107,7 @@ def make_prompt(
     Parameters
     ----------
     stills
-        Frames of the prefix.
+        Frames of the prefix; none for models that see nothing.
     regime, side_info
         The regime, and what it tells of the scene.
     form
@@ -122,7 +124,7 @@ def make_prompt(
     """
     if task not in TASKS:
         raise ValueError(f"task = {task!r}, must be one of {', '.join(TASKS)}")
-    video = _TEXTS["video"].format(
+    video = _TEXTS["video" if len(stills.frames) else "video_untold"].format(
         **form._asdict(), seconds=PREFIX_SECONDS, pictures=len(stills.frames)
     )
     shown: list[Part] = [video.strip()]

@@ -91,6 +91,12 @@ def read_choice(choice: Any, source: str) -> Suggestion | Rejection:
     Suggestion or Rejection
         The scene, or the first reason against it.
     """
+    said = text_of(choice)
+    return said if isinstance(said, Rejection) else _read_text(said, source)
+
+
+def text_of(choice: Any) -> str | Rejection:
+    """What a choice says, without what was thought before, or why that is nothing."""
     message = choice.get("message") if isinstance(choice, dict) else None
     if not isinstance(message, dict):
         return Rejection("malformed", "the choice holds no message")
@@ -103,7 +109,7 @@ def read_choice(choice: Any, source: str) -> Suggestion | Rejection:
         return Rejection("truncated", "the model reached its limit of tokens")
     if not isinstance(text, str) or not text.strip():
         return Rejection("empty", "the reply holds no text")
-    return _read_text(THOUGHT.sub("", text), source)
+    return THOUGHT.sub("", text)
 
 
 def _read_text(text: str, source: str) -> Suggestion | Rejection:

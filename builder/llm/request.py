@@ -73,6 +73,11 @@ class Request:
     edit: str = ""
 
 
+def request_of(label: str, payload: dict[str, Any]) -> Request:
+    """A request of another kind, whose key begins with a label."""
+    return Request(_key(label, payload), payload)
+
+
 def parent_requests(seeds: Mapping[str, Scene], how: Sampling) -> Iterator[Request]:
     """Endless requests for new scenes.
 

@@ -1,11 +1,12 @@
 """Chats for supervised finetuning: pictures and a prompt, and the program as answer."""
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from mpmworlds.files.atomic import write_atomically
-from mpmworlds.loaders.clips import clip_of, sampled
+from mpmworlds.loaders.clips import Stills, clip_of, sampled
 from mpmworlds.loaders.export.folder import (
     Record,
     Source,
@@ -16,12 +17,14 @@ from mpmworlds.loaders.load import Examples, neutral_name, side_info_of
 from mpmworlds.loaders.prompts import (
     PICTURES,
     PROMPT_VERSION,
+    Prompt,
     VideoForm,
     answer_of,
     as_place,
     make_prompt,
     png_of,
 )
+from mpmworlds.loaders.regimes import Regime
 from mpmworlds.loaders.scaffold import SCAFFOLD_VERSION
 from mpmworlds.loaders.weights import weights_by_kind
 
@@ -91,6 +94,20 @@ def export_sft(
     )
 
 
+def question_about(
+    row: Mapping[str, Any],
+    stills: Stills,
+    regime: Regime,
+    task: str = "program",
+    *,
+    schema: bool = False,
+) -> Prompt:
+    """What a model in training is asked about a row of a release; see `make_prompt`."""
+    told = side_info_of(row, regime)
+    form = VideoForm.of_row(row)
+    return make_prompt(stills, regime, told, form, task, schema=schema)
+
+
 def _write(
     examples: Examples,
     index: int,
@@ -100,15 +117,9 @@ def _write(
     pictures: int,
     schema: bool,
 ) -> Record:
-    row, regime = examples.table[index], examples.regime
-    prompt = make_prompt(
-        sampled(clip_of(row, prefix_only=True), pictures),
-        regime,
-        side_info_of(row, regime),
-        VideoForm.of_row(row),
-        task,
-        schema=schema,
-    )
+    row = examples.table[index]
+    stills = sampled(clip_of(row, prefix_only=True), pictures)
+    prompt = question_about(row, stills, examples.regime, task, schema=schema)
     places = []
     for number, picture in enumerate(prompt.pictures):
         name = place_of(neutral_name(row["id"]), f"-{number:02d}.png")

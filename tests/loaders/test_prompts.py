@@ -35,7 +35,7 @@ FORM = VideoForm(300, 30, 512)
 # A text that is changed gets another version, and its hash then stands here.
 WORDINGS = {
     "mpmworlds-scaffold/1": "006505bd1465c292",
-    "mpmworlds-prompt/1": "3d91799ca2278e6e",
+    "mpmworlds-prompt/2": "c21eab9eeabfe9b3",
 }
 
 
