@@ -114,6 +114,7 @@ class Run:
             weight_decay=settings.weight_decay,
             max_grad_norm=settings.max_grad_norm,
             bf16=settings.half,
+            use_cpu=not torch.cuda.is_available(),
             # Sharded, accelerate has its own: the other one gathers weights twice.
             activation_checkpointing=settings.checkpointing
             and os.environ.get(SHARDED_CHECKPOINTS, "false").lower() != "true",
@@ -189,8 +190,10 @@ class Run:
         model: Any = trainer.accelerator.unwrap_model(trainer.model)
         if self._settings.half:
             weights = {name: one.to(torch.bfloat16) for name, one in weights.items()}
-            model.config.dtype = torch.bfloat16
         model.save_pretrained(self._out, state_dict=weights)
+        if self._settings.half:  # it notes what the model has, not what is written
+            model.config.dtype = torch.bfloat16
+            model.config.save_pretrained(self._out)
         self._encoder.tokenizer.save_pretrained(self._out)
         self._encoder.processor.save_pretrained(self._out)
         told = json.dumps(trainer.state.log_history, indent=1) + "\n"

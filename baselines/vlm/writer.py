@@ -1,6 +1,6 @@
 """A checkpoint that is loaded, and writes replies."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -147,7 +147,8 @@ class Writer:
                 drawn = self._model.generate(
                     **inputs, **self._settings(how), num_return_sequences=count
                 )
-            found += [self._read(ids) for ids in drawn[:, len(encoded.ids) :].tolist()]
+            new = drawn[:, len(encoded.ids) :].tolist()
+            found += [read_ids(ids, self._ends, self._encoder) for ids in new]
         return found
 
     def _settings(self, how: Sampling) -> dict[str, Any]:
@@ -165,9 +166,11 @@ class Writer:
             "pad_token_id": self._encoder.tokenizer.pad_token_id,
         }
 
-    def _read(self, ids: list[int]) -> Reply:
-        end = next((k for k, token in enumerate(ids) if token in self._ends), None)
-        return Reply(self._encoder.decode(ids[:end]), end is not None)
+
+def read_ids(ids: Sequence[int], ends: Collection[int], encoder: Encoder) -> Reply:
+    """The reply in tokens that a model drew, up to one that ends it."""
+    end = next((place for place, token in enumerate(ids) if token in ends), None)
+    return Reply(encoder.decode(ids[:end]), end is not None)
 
 
 def _ends(model: Any, tokenizer: Any) -> list[int]:
