@@ -27,7 +27,7 @@ CHAT = """\
 {% endif %}"""
 
 
-def make_tokenizer(corpus, size=700):
+def make_tokenizer(corpus, size=924):
     """A tokenizer whose words are those of a corpus."""
     bpe = Tokenizer(models.BPE())
     bpe.pre_tokenizer = pre_tokenizers.ByteLevel(add_prefix_space=False)
