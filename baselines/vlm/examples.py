@@ -10,6 +10,7 @@ import torch
 from torch.utils.data import Dataset
 
 from mpmworlds.baselines.vlm.encoding import Encoder
+from mpmworlds.baselines.vlm.loss import UNSEEN
 from mpmworlds.builder.recipes.streams import stream
 from mpmworlds.loaders.clips import Clip, Stills, clip_of, sampled
 from mpmworlds.loaders.export.sft import question_about
@@ -18,7 +19,6 @@ from mpmworlds.loaders.prompts import Prompt, answer_of
 from mpmworlds.loaders.weights import sampling_weights
 from mpmworlds.metrics.reduction import prefix_length, reduced_framerate, reduced_side
 
-UNSEEN: Final = -100  # what the loss passes over
 VIDEOS: Final = ("clip", "preview", "video")  # columns that lengths do not depend on
 Item = dict[str, Any]
 
@@ -130,7 +130,7 @@ class Collator:
     """Puts chats into a batch, padded on the right.
 
     Logits are computed from where the first answer begins: those of prompts are passed
-    over by the loss, and at 152,064 words a token they are what fills a GPU.
+    over by the loss.
     """
 
     pad: int

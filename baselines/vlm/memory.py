@@ -11,8 +11,10 @@ BYTES: Final = {"float32": 4, "bfloat16": 2, "float16": 2}
 """Of a number, by the name of its type."""
 STATE_BYTES: Final = 16
 """Of a parameter in mixed precision with AdamW: itself, its gradient, two moments."""
-LOGIT_BYTES: Final = 12
-"""Of a supervised logit: itself and its gradient, in half and in full precision."""
+LOGIT_BYTES: Final = 14
+"""Of a logit in training: itself, its logarithm, and the gradients of both."""
+CHUNK: Final = 1024
+"""Tokens whose logits are there at once in training, see `chunk_loss`."""
 
 
 @dataclass(frozen=True)
@@ -130,9 +132,7 @@ def writing_bytes(
     return weights + cache + reading + choosing
 
 
-def training_bytes(
-    shape: Shape, shards: int, tokens: int, supervised: int, *, half: bool = True
-) -> int:
+def training_bytes(shape: Shape, shards: int, tokens: int, *, half: bool = True) -> int:
     """Memory of full finetuning, on each device, with checkpoints of layers [bytes].
 
     Parameters
@@ -143,19 +143,15 @@ def training_bytes(
         Devices that share parameters, gradients and moments.
     tokens
         Of the examples of a device, prompts and answers.
-    supervised
-        Those of the answers, whose logits are computed.
     half
         Whether layers are computed in bfloat16.
     """
     size = 2 if half else 4
     state = STATE_BYTES * shape.parameters // shards
-    # Words and the end of the vision tower stay gathered for a whole step, with their
-    # gradients; of layers, the one that is computed and the one that comes next.
-    gathered = 0
-    if shards > 1:
-        gathered = 2 * (shape.words + 2 * shape.layer) * size
+    # Words stay gathered for a whole step, with their gradients; of layers, the one
+    # that is computed and the one that comes next.
+    gathered = 2 * (shape.words + 2 * shape.layer) * size if shards > 1 else 0
     kept = shape.layers * tokens * shape.hidden * size
     computed = 2 * tokens * (3 * shape.inner + 8 * shape.hidden) * size
-    logits = LOGIT_BYTES * supervised * shape.vocabulary
+    logits = LOGIT_BYTES * min(tokens, CHUNK) * shape.vocabulary
     return state + gathered + kept + computed + logits

@@ -22,6 +22,7 @@ from mpmworlds.baselines.vlm.examples import (
     lengths,
     order_of,
 )
+from mpmworlds.baselines.vlm.loss import chunk_loss
 from mpmworlds.baselines.vlm.memory import Shape, training_bytes
 from mpmworlds.baselines.vlm.places import Place
 from mpmworlds.baselines.vlm.trainer import ResumingTrainer, quiet
@@ -145,7 +146,7 @@ class Run:
         sharded = os.environ.get(SHARDED, "false").lower() == "true"
         tokens = settings.per_device * settings.max_tokens
         needed = training_bytes(
-            shape, world if sharded else 1, tokens, tokens // 2, half=settings.half
+            shape, world if sharded else 1, tokens, half=settings.half
         )
         check_fits(
             f"full finetuning of {shape.parameters / 1e9:.1f} billion parameters",
@@ -181,9 +182,11 @@ class Run:
 
     def _model(self) -> Any:
         """The model, its weights in full precision: what is learned is small."""
-        return AutoModelForImageTextToText.from_pretrained(
+        model = AutoModelForImageTextToText.from_pretrained(
             self._place.folder, dtype=torch.float32
         )
+        chunk_loss(model)
+        return model
 
     def _write(self, trainer: ResumingTrainer, weights: Mapping[str, Any]) -> None:
         """Write what `from_pretrained` reads; last the note, which says it is whole."""

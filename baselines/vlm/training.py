@@ -46,7 +46,7 @@ class TrainingSettings(Settings):
     """Of AdamW."""
     max_grad_norm: float = Field(1.0, gt=0)
     """Longer gradients are shortened to it."""
-    max_tokens: int = Field(12288, ge=1)
+    max_tokens: int = Field(10240, ge=1)
     """Samples with more tokens, prompt and answer, are left out, and counted."""
     weighted: bool = False
     """Draw samples by their kinds' weights, which the rows of ``10k`` were drawn by."""

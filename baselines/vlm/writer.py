@@ -19,7 +19,7 @@ from mpmworlds.baselines.vlm.sampling import Sampling
 from mpmworlds.loaders.prompts import Prompt
 
 FAMILY: Final = "qwen2_5_vl"
-PROMPT_TOKENS: Final = 6000  # of the longest prompts, see benchmarks/vlm.md
+PROMPT_TOKENS: Final = 3500  # of the longest prompts, see benchmarks/vlm.md
 
 
 @dataclass(frozen=True)

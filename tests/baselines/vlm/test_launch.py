@@ -1,6 +1,9 @@
 """What is shipped for several GPUs says what the launcher and torch understand."""
 
+import subprocess
+import sys
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
 import transformers.models.qwen2_5_vl.modeling_qwen2_5_vl as modeling
@@ -46,3 +49,19 @@ def test_recipes_are_settings_and_the_paper_s_are_the_defaults():
     for name in TrainingSettings.recipes():
         TrainingSettings.read(name)
     assert TrainingSettings.read("paper") == TrainingSettings()
+
+
+@pytest.mark.slow
+def test_shards_learn_what_a_whole_model_learns(checkpoint):
+    script = Path(__file__).with_name("sharded.py")
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "torch.distributed.run", "--nproc_per_node", "2"),
+            *("--master_port", "0", script, checkpoint),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "returned a view tensor" not in done.stderr

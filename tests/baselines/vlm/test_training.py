@@ -20,6 +20,7 @@ from mpmworlds.baselines.vlm.examples import (
     lengths,
     order_of,
 )
+from mpmworlds.baselines.vlm.loss import chunk_loss
 from mpmworlds.baselines.vlm.run import last_checkpoint
 from mpmworlds.baselines.vlm.training import CHECKPOINTS, LOG, TrainingSettings, train
 from mpmworlds.loaders.export.folder import Source
@@ -91,6 +92,22 @@ def test_a_loss_of_fewer_logits_is_that_of_all(source, encoder, checkpoint):
         every = model(**batch | {"labels": whole, "logits_to_keep": 0})
     assert few.logits.shape[1] < every.logits.shape[1] / 2
     torch.testing.assert_close(few.loss, every.loss)
+
+
+def test_a_loss_in_chunks_is_that_of_all_at_once(source, encoder, checkpoint):
+    _, batch = batch_of(source, encoder, (0, 4))
+    found = []
+    for size in (0, 16):
+        model = AutoModelForImageTextToText.from_pretrained(checkpoint)
+        if size:
+            chunk_loss(model, size)
+        loss = model(**batch).loss
+        weighed = model(**batch, num_items_in_batch=torch.tensor(7)).loss
+        loss.backward()
+        grads = {name: one.grad for name, one in model.named_parameters()}
+        found.append((loss, weighed, grads))
+        assert model.state_dict().keys() == grads.keys()
+    torch.testing.assert_close(found[1], found[0])
 
 
 def test_lengths_are_those_of_what_is_trained_on(source, encoder):
