@@ -3,8 +3,9 @@
 import pytest
 
 from mpmworlds.baselines.results import read_results
+from mpmworlds.sim.run.receive import STATUSES
 
-OUTCOMES = {"truncated", "no_program", "exception", "no_frames", "syntax"}
+OUTCOMES = STATUSES | {"truncated", "no_program"}
 TINY = ("--recipe", "tiny", "--set", "batch=1", "--set", "save_steps=99")
 
 
