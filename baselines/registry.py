@@ -10,7 +10,7 @@ from typing import Any, Final
 from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
 
-ROOMS: Final = ("search",)  # those with a module `predictor`, whose classes it has
+ROOMS: Final = ("search", "small")  # each has a module `predictor` with classes
 NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
