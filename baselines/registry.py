@@ -11,7 +11,7 @@ from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
 
 # With a module `predictor`, whose classes are found.
-ROOMS: Final = ("search", "served", "vlm")
+ROOMS: Final = ("search", "served", "small", "vlm")
 NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
