@@ -55,8 +55,5 @@ def test_launch_is_understood(arguments):
 
 def test_the_code_writing_model_is_trained_and_evaluated_there():
     assert any("vlm" in arguments for arguments in commands("accelerate"))
-    named = [
-        arguments for arguments in commands("mpmworlds") if "--predictor" in arguments
-    ]
-    asked = {arguments[arguments.index("--predictor") + 1] for arguments in named}
-    assert {"vlm", "served"} <= asked
+    asked = " ".join(" ".join(arguments) for arguments in commands("mpmworlds"))
+    assert "--predictor vlm" in asked and "--predictor served" in asked
