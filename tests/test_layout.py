@@ -61,6 +61,8 @@ def package_files():
         for pattern in (
             "*.py",
             "seeds/*.yaml",
+            "launch/*.yaml",
+            "recipes/*.yaml",
             "wording/*.yaml",
             "report/paper.yaml",
             "report/page/*",

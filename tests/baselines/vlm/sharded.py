@@ -12,7 +12,7 @@ from torch.distributed.device_mesh import init_device_mesh
 from torch.distributed.fsdp import fully_shard
 from transformers import AutoModelForImageTextToText
 
-from mpmworlds.baselines.vlm.loss import UNSEEN, chunk_loss
+from mpmworlds.baselines.vlm.learning.loss import UNSEEN, chunk_loss
 
 PROMPT, TOKENS = 40, 90
 

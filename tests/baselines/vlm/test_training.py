@@ -12,7 +12,7 @@ from transformers import AutoModelForImageTextToText
 from mpmworlds.baselines.learned.devices import TooLittleMemoryError
 from mpmworlds.baselines.learned.notes import NOTE
 from mpmworlds.baselines.vlm.encoding import Encoder
-from mpmworlds.baselines.vlm.examples import (
+from mpmworlds.baselines.vlm.learning.examples import (
     UNSEEN,
     Asking,
     Chats,
@@ -20,9 +20,10 @@ from mpmworlds.baselines.vlm.examples import (
     lengths,
     order_of,
 )
-from mpmworlds.baselines.vlm.loss import chunk_loss
-from mpmworlds.baselines.vlm.run import last_checkpoint
-from mpmworlds.baselines.vlm.training import CHECKPOINTS, LOG, TrainingSettings, train
+from mpmworlds.baselines.vlm.learning.loss import chunk_loss
+from mpmworlds.baselines.vlm.learning.run import last_checkpoint
+from mpmworlds.baselines.vlm.settings import CHECKPOINTS, LOG, TrainingSettings
+from mpmworlds.baselines.vlm.training import train
 from mpmworlds.loaders.export.folder import Source
 from mpmworlds.loaders.prompts import answer_of
 

@@ -15,18 +15,18 @@ from transformers import AutoModelForImageTextToText, TrainingArguments
 from mpmworlds.baselines.learned.devices import check_fits
 from mpmworlds.baselines.learned.notes import Note, write_note
 from mpmworlds.baselines.vlm.encoding import Encoder
-from mpmworlds.baselines.vlm.examples import (
+from mpmworlds.baselines.vlm.learning.examples import (
     Asking,
     Chats,
     Collator,
     lengths,
     order_of,
 )
-from mpmworlds.baselines.vlm.loss import chunk_loss
+from mpmworlds.baselines.vlm.learning.loss import chunk_loss
+from mpmworlds.baselines.vlm.learning.trainer import ResumingTrainer, quiet
 from mpmworlds.baselines.vlm.memory import Shape, training_bytes
 from mpmworlds.baselines.vlm.places import Place
-from mpmworlds.baselines.vlm.trainer import ResumingTrainer, quiet
-from mpmworlds.baselines.vlm.training import (
+from mpmworlds.baselines.vlm.settings import (
     CHECKPOINTS,
     LOG,
     STATE,

@@ -10,7 +10,7 @@ import torch
 from torch.utils.data import Dataset
 
 from mpmworlds.baselines.vlm.encoding import Encoder
-from mpmworlds.baselines.vlm.loss import UNSEEN
+from mpmworlds.baselines.vlm.learning.loss import UNSEEN
 from mpmworlds.builder.recipes.streams import stream
 from mpmworlds.loaders.clips import Clip, Stills, clip_of, sampled
 from mpmworlds.loaders.export.sft import question_about

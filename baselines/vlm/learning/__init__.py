@@ -1,0 +1,1 @@
+"""How a finetuning goes: samples in their order, the loss, the trainer, a run."""
