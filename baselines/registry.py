@@ -10,7 +10,8 @@ from typing import Any, Final
 from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
 
-ROOMS: Final = ("search",)  # those with a module `predictor`, whose classes it has
+# Rooms with a module `predictor`, whose classes are found.
+ROOMS: Final = ("search", "vdm")
 NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
