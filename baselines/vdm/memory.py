@@ -1,12 +1,14 @@
 """How much memory a video model takes, by formula: what is kept, and the highest peak.
 
-Weights are counted exactly. What is computed is estimated from the shapes of the Wan
-transformer and its encoder of videos; runs on a GPU should be within a third of it.
+Weights are counted, and so is what the backward pass needs (by the hooks of autograd,
+which a test repeats); what a call takes on the way is estimated from shapes.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
+
+from mpmworlds.baselines.vdm.text import MOST_TOKENS
 
 STRIDE: Final = 4  # frames to a latent, after the first
 SPACE: Final = 8  # pixels to a latent, along each side
@@ -17,9 +19,11 @@ HALF: Final = 2  # bytes of a bfloat16
 # four frames: two of a residual block, its input, and what its convolutions keep of the
 # frames before, in channels of `base_dim` twice.
 LIVE_MAPS: Final = 6
-# Tensors of the width of the model that a block keeps for its gradient: three norms,
-# query, key and value of two attentions, their outputs, projections and sums.
-KEPT_IN_BLOCK: Final = 16
+# Bytes that a block of a bfloat16 model with a float32 LoRA keeps for its gradient.
+KEPT_OF_WIDTH: Final = 63  # for each token and channel of the model
+KEPT_OF_INNER: Final = 6  # for each token and channel of the layers behind
+KEPT_OF_RANK: Final = 45  # for each token and rank of the LoRA
+KEPT_OF_TEXT: Final = 17  # for each token of the text and channel of the model
 
 
 @dataclass(frozen=True)
@@ -88,13 +92,27 @@ def training_bytes(
 
     A weight of LoRA takes 16 bytes: itself, its gradient, and two moments.
     """
-    width = _width(transformer)
     blocks = transformer["num_layers"] + len(transformer["vace_layers"])
-    inside = KEPT_IN_BLOCK * width + 2 * transformer["ffn_dim"]
-    kept = blocks * width + inside if checkpointing else blocks * (width + inside)
-    step: int = clip.tokens * kept * max(bytes_each, HALF)
+    inside = kept_in_block(transformer, clip, rank, bytes_each)
+    step: int = blocks * inside
+    if checkpointing:  # only what goes into a block, and one block at a time
+        step = blocks * clip.tokens * _width(transformer) * bytes_each + inside
     lora = 4 * FULL * lora_parameters(transformer, rank)
     return weight_bytes(parameters, bytes_each) + lora + max(step, _coding(vae, clip))
+
+
+def kept_in_block(
+    transformer: Mapping[str, Any], clip: Clip, rank: int, bytes_each: int = HALF
+) -> int:
+    """What one block keeps for its gradient [bytes]; in float32 twice as much."""
+    width = _width(transformer)
+    of_token = (
+        KEPT_OF_WIDTH * width
+        + KEPT_OF_INNER * int(transformer["ffn_dim"])
+        + KEPT_OF_RANK * rank
+    )
+    kept = clip.tokens * of_token + MOST_TOKENS * KEPT_OF_TEXT * width
+    return kept * bytes_each // HALF
 
 
 def lora_parameters(transformer: Mapping[str, Any], rank: int) -> int:

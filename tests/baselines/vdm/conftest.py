@@ -45,9 +45,8 @@ def clips(make_program, make_row, run_inline, tmp_path_factory):
     manifest = root / "manifest.parquet"
     write_manifest(manifest, rows)
     out = root / "mpmworlds"
-    build_release(
-        [Corpus(manifest, {"tiny": None}, rows_per_shard=4)], store, out, "1.0.0"
-    )
+    planned = Corpus(manifest, {"tiny": None}, rows_per_shard=4)
+    build_release([planned], store, out, version="1.0.0")
     return out
 
 

@@ -121,18 +121,17 @@ def test_texts_of_another_version_are_told(trained, tmp_path):
     note = json.loads((other / "mpmworlds.json").read_text())
     note["made_of"]["text"] = "mpmworlds-vdm-text/0"
     (other / "mpmworlds.json").write_text(json.dumps(note))
-    with pytest.raises(
-        CheckpointError, match="was trained on texts mpmworlds-vdm-text"
-    ):
+    with pytest.raises(CheckpointError, match="was trained on texts mpmworlds-vdm"):
         _ = Vdm(lora=str(other)).configuration
 
 
 def test_training_lowers_the_loss(source, settings, tmp_path):
-    longer = changed(settings, steps=40, learning_rate=0.02, save_every=40)
+    short = {"chunk": 5, "overlap": 1, "checkpointing": False, "save_every": 24}
+    longer = changed(settings, steps=24, learning_rate=0.02, **short)
     out = train(source, longer, tmp_path / "model", progress=False)
     lines = (out / "losses.jsonl").read_text().splitlines()
     losses = [json.loads(line)["loss"] for line in lines]
-    assert np.mean(losses[-10:]) < 0.9 * np.mean(losses[:10])
+    assert np.mean(losses[-8:]) < 0.9 * np.mean(losses[:4])
 
 
 def test_the_loss_is_that_of_the_continuation(settings):
@@ -174,7 +173,7 @@ def test_too_little_memory_is_told_before_anything_is_read(
 ):
     monkeypatch.setattr(devices, "memory_of", lambda device: GIB // 64)
     large = changed(settings, size=256, chunk=81, overlap=37)
-    with pytest.raises(TooLittleMemoryError, match="training of .*tiny-vace: needs"):
+    with pytest.raises(TooLittleMemoryError, match=r"training of .*tiny-vace: needs"):
         train(source, large, tmp_path / "model", progress=False)
 
 

@@ -51,7 +51,7 @@ def test_data_to_report(clips, pipeline, command, tmp_path):
         *("--release", clips, "--out", tmp_path / "report"),
     )
     assert status == 0
-    assert "vdm" in (tmp_path / "report" / "index.html").read_text()
+    assert "vdm" in (tmp_path / "report" / "data.js").read_text()
 
 
 def test_what_stands_in_the_way_is_one_line(clips, command, tmp_path):
@@ -61,7 +61,5 @@ def test_what_stands_in_the_way_is_one_line(clips, command, tmp_path):
         *("--predictor-option", "checkpoint=nowhere"),
     )
     assert status == 2
-    assert error.strip().splitlines() == [
-        "mpmworlds evaluate: checkpoint 'nowhere': is no folder, and no OWNER/NAME of "
-        "the Hub"
-    ]
+    told = "checkpoint 'nowhere': is no folder, and no OWNER/NAME of the Hub"
+    assert error.strip().splitlines() == [f"mpmworlds evaluate: {told}"]
