@@ -7,6 +7,7 @@ Predictions that were made elsewhere need none of this: `mpmworlds evaluate
 import hashlib
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -29,7 +30,7 @@ from mpmworlds.baselines.vdm.canvas import Canvas
 from mpmworlds.baselines.vdm.chunks import check_lengths, continue_clip, plan_chunks
 from mpmworlds.baselines.vdm.memory import STRIDE, Clip
 from mpmworlds.baselines.vdm.text import MOST_TOKENS, TEXT_VERSION, text_for
-from mpmworlds.baselines.vdm.weights import FAMILY, trained_with
+from mpmworlds.baselines.vdm.weights import FAMILY, check_base, trained_with
 from mpmworlds.metrics.reduction import SIDE
 
 log = logging.getLogger(__name__)
@@ -114,6 +115,8 @@ class Vdm:
         form = self._form
         size = form["size"] or SIDE
         clip = Clip(form["chunk"], size, size)
+        weights = self._module.checked(self._options, clip)
+        check_base(self._asked.lora, weights)
         return {
             "backend": self._backend,
             "text": TEXT_VERSION,
@@ -121,9 +124,8 @@ class Vdm:
             "steps": self._options.steps,
             "guidance": self._options.guidance,
             "shift": self._options.shift,
-            "dtype": self._options.dtype,
             **form,
-            **self._module.checked(self._options, clip),
+            **weights,
         }
 
     def predict(self, task: Task) -> Sequence[Candidate]:
@@ -170,10 +172,12 @@ class Vdm:
     @cached_property
     def _options(self) -> Options:
         """As asked, with the checkpoint that the LoRA was trained on."""
-        told = {**vars(self._asked)}
-        told["checkpoint"] = told["checkpoint"] or self._trained.get("checkpoint", "")
-        told["revision"] = told["revision"] or self._trained.get("revision", "")
-        return Options(**told)
+        if self._asked.checkpoint:
+            return self._asked
+        of_base = {
+            name: self._trained.get(name, "") for name in ("checkpoint", "revision")
+        }
+        return replace(self._asked, **of_base)
 
     @cached_property
     def _form(self) -> dict[str, Any]:

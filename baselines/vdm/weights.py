@@ -5,12 +5,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from mpmworlds.baselines.learned.notes import NOTE, CheckpointError, read_note
+from mpmworlds.baselines.learned.notes import NOTE, CheckpointError, Note, read_note
 from mpmworlds.baselines.vdm.text import TEXT_VERSION
 from mpmworlds.files.checksums import sha256_of_file
 
 FAMILY: Final = "vdm"
 VERSION: Final = 1  # of the form of a checkpoint
+BASE: Final = ("checkpoint", "revision", "checkpoint_sha256")  # of `told_apart`
 INDEX: Final = "model_index.json"
 SUFFIX: Final = ".safetensors"
 
@@ -118,14 +119,48 @@ def trained_with(lora: str) -> Mapping[str, Any]:
     CheckpointError
         If it was trained on other texts than a model is told now, or is none.
     """
-    folder = Path(lora)
-    if not lora or not (folder / NOTE).is_file():
+    note = _note_of(lora)
+    if note is None:
         return {}
-    note = read_note(folder, FAMILY, VERSION)
     text = note.made_of.get("text")
     if text != TEXT_VERSION:
         raise CheckpointError(
             f"{lora}: was trained on texts {text}, they are {TEXT_VERSION} now; train "
             "it again, or use the version of mpmworlds that wrote it"
         )
-    return note.settings
+    base = {name: note.made_of[name] for name in ("revision",) if name in note.made_of}
+    return {**note.settings, **base}
+
+
+def check_base(lora: str, weights: Mapping[str, Any]) -> None:
+    """Raise unless a LoRA that was trained here is used on what it was trained on.
+
+    Parameters
+    ----------
+    lora
+        Folder or file.
+    weights
+        Of `told_apart`, of the pipeline that it is put on.
+
+    Raises
+    ------
+    CheckpointError
+        If it was trained on another pipeline.
+    """
+    note = _note_of(lora)
+    if note is None:
+        return
+    for name in BASE:
+        trained, used = note.made_of.get(name), weights.get(name)
+        if trained != used:
+            raise CheckpointError(
+                f"{lora}: was trained on {name} {trained}, must not be used on {used}; "
+                "leave out the checkpoint and its revision, or name those"
+            )
+
+
+def _note_of(lora: str) -> Note | None:
+    folder = Path(lora)
+    if not lora or not (folder / NOTE).is_file():
+        return None
+    return read_note(folder, FAMILY, VERSION)

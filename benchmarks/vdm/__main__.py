@@ -10,7 +10,8 @@ by formula what published models take.
 
 import argparse
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from benchmarks.vdm.models import VAE, models
 from transformers import AutoTokenizer
@@ -87,10 +88,19 @@ def memory() -> None:
                 for again in (True, False)
             ]
             again, kept = (step / GIB for step in steps)
+            call = 2 * parts["transformer"] * clip.tokens + attention(transformer, clip)
             print(
                 f"  {form}: {clip.tokens} tokens, call {used:.0f} GiB, training "
-                f"{again:.0f} GiB with checkpointing, {kept:.0f} GiB without"
+                f"{again:.0f} GiB with checkpointing, {kept:.0f} GiB without; "
+                f"{call / 1e12:.0f} TFLOP forward"
             )
+
+
+def attention(transformer: Mapping[str, Any], clip: Clip) -> int:
+    """Operations of the products between tokens, which no parameter counts."""
+    width = transformer["num_attention_heads"] * transformer["attention_head_dim"]
+    blocks = transformer["num_layers"] + len(transformer["vace_layers"])
+    return int(4 * blocks * width * clip.tokens * (clip.tokens + MOST_TOKENS))
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from PIL import Image
 
 from mpmworlds.baselines.learned.devices import device_named
 from mpmworlds.baselines.vdm.backends.protocol import Options
+from mpmworlds.baselines.vdm.backends.wan_pipeline import dtype_named
 from mpmworlds.baselines.vdm.memory import Clip
 from mpmworlds.baselines.vdm.weights import digest_of, lora_file
 from mpmworlds.metrics.reduction import Frames
@@ -64,6 +65,7 @@ def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
             "LongCat-Video"
         )
     told: dict[str, Any] = {
+        "dtype": str(_dtype(options)),
         "checkpoint_sha256": digest_of(weights / "dit"),
         "code_sha256": digest_of(code / PACKAGE),
     }
@@ -72,10 +74,17 @@ def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
     return told
 
 
+def _dtype(options: Options) -> torch.dtype:
+    """Its attention is made for bfloat16, on any device."""
+    if options.dtype == "auto":
+        return torch.bfloat16
+    return dtype_named(options.dtype, device_named(options.device))
+
+
 def open_backend(options: Options) -> "LongCat":
     """Load the model as the demonstration of its authors does."""
     device = device_named(options.device)
-    dtype = torch.bfloat16 if options.dtype == "auto" else getattr(torch, options.dtype)
+    dtype = _dtype(options)
     with _importable(Path(options.checkout)):
         split = importlib.import_module(
             f"{PACKAGE}.context_parallel.context_parallel_util"

@@ -55,7 +55,7 @@ def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
         kind.itemsize,
     )
     check_fits(f"vdm {checkpoint}", needed, device, SMALLER)
-    return told
+    return {**told, "dtype": str(kind)}
 
 
 def open_backend(options: Options) -> "WanVace":

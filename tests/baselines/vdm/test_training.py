@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from mpmworlds.baselines.vdm.lora.windows import Window, Windows
 from mpmworlds.baselines.vdm.predictor import Vdm
 from mpmworlds.baselines.vdm.training import TrainingSettings, train
 from mpmworlds.loaders.export.folder import Source
+from tests.baselines.vdm.tiny import save_pipeline
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +67,33 @@ def test_training_that_went_on_is_the_one_that_was_not_interrupted(
     assert all(
         torch.equal(one[key][name], two[key][name]) for key in one for name in one[key]
     )
+
+
+@pytest.mark.long
+def test_processes_share_a_training_that_goes_on_as_well(
+    clips, pipeline, tmp_path, monkeypatch
+):
+    """Two processes of torch, which wait for each other by gloo."""
+    monkeypatch.setenv("ACCELERATE_USE_CPU", "true")
+    losses, weights = set(), []
+    for name, stops in (("one", [3]), ("two", [2, 3])):
+        out = tmp_path / name
+        for steps in stops:
+            told = ["--recipe", "tiny", "--set", f"checkpoint={pipeline}"]
+            done = subprocess.run(
+                [sys.executable, "-m", "torch.distributed.run", "--nproc-per-node=2"]
+                + ["-m", "mpmworlds", "train", "vdm", "--release", str(clips), *told]
+                + ["--set", f"steps={steps}", "--out", str(out)],
+                capture_output=True,
+                text=True,
+            )
+            assert done.returncode == 0, done.stderr
+        weights.append((out / WEIGHTS).read_bytes())
+        losses.add((out / "losses.jsonl").read_text())
+        note = json.loads((out / "mpmworlds.json").read_text())
+        assert note["made_of"]["processes"] == 2
+    assert weights[0] == weights[1]
+    assert len(losses) == 1
 
 
 def test_a_training_that_is_done_is_not_done_again(source, settings, trained):
@@ -116,6 +146,13 @@ def test_predictor_takes_over_how_the_lora_was_trained(pipeline, trained):
     assert Vdm(lora=str(trained), overlap=1).configuration["overlap"] == 1
 
 
+def test_a_lora_is_not_put_on_another_pipeline(trained, tmp_path):
+    save_pipeline(tmp_path / "other", seed=1)
+    model = Vdm(str(tmp_path / "other"), lora=str(trained))
+    with pytest.raises(CheckpointError, match="was trained on checkpoint_sha256"):
+        _ = model.configuration
+
+
 def test_texts_of_another_version_are_told(trained, tmp_path):
     other = shutil.copytree(trained, tmp_path / "other")
     note = json.loads((other / "mpmworlds.json").read_text())
@@ -134,11 +171,9 @@ def test_training_lowers_the_loss(source, settings, tmp_path):
     assert np.mean(losses[-8:]) < 0.9 * np.mean(losses[:4])
 
 
-def test_the_loss_is_that_of_the_continuation(settings):
+def test_the_loss_is_that_of_the_continuation(pipeline):
     """A model that is wrong on the latents that are given, and only there, has none."""
-    from accelerate import Accelerator
-
-    pipe = Run(settings, Accelerator(cpu=True))._pipe
+    pipe = load_pipeline(pipeline, "", "float32", "cpu", 3.0)
     frames = np.random.default_rng(0).integers(0, 256, (9, 32, 32, 3)).astype(np.uint8)
     window = Window(frames, 5, "", 7)
     draw = torch.Generator().manual_seed(window.seed)
