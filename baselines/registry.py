@@ -10,8 +10,8 @@ from typing import Any, Final
 from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
 
-# Rooms with a module `predictor`, whose classes are found.
-ROOMS: Final = ("search", "vdm")
+# Each has a module `predictor` with classes.
+ROOMS: Final = ("search", "small", "vdm")
 NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 

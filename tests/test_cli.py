@@ -25,7 +25,16 @@ VERBS = (
     *("schema", "link", "run", "plan", "measure", "splits", "materialise", "build"),
     *("propose", "stats", "audit", "verify", "regenerate", "fetch", "publish"),
     *("export", "gallery", "play"),
-    *("infer", "compare", "evaluate", "submission", "report", "gate", "doctor"),
+    *(
+        "infer",
+        "compare",
+        "train",
+        "evaluate",
+        "submission",
+        "report",
+        "gate",
+        "doctor",
+    ),
 )
 
 

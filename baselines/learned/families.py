@@ -11,7 +11,7 @@ from typing import Final, Protocol
 from mpmworlds.baselines.learned.settings import Settings
 from mpmworlds.loaders.export.folder import Source
 
-FAMILIES: Final = ("small", "vdm", "vlm")
+FAMILIES: Final = ("small",)
 
 
 class Training(Protocol):
@@ -56,4 +56,4 @@ def family_named(name: str) -> Training:
     """
     if name not in FAMILIES:
         raise ValueError(f"family {name!r}: unknown, must be one of {list(FAMILIES)}")
-    return import_module(f"mpmworlds.baselines.{name}.training")  # type: ignore[return-value]
+    return import_module(f"mpmworlds.baselines.{name}.training")

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 import torch
-from accelerate import Accelerator  # type: ignore[import-untyped]
+from accelerate import Accelerator
 from peft import LoraConfig
 
 from mpmworlds.baselines.vdm.backends.wan_pipeline import (

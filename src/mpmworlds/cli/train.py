@@ -1,7 +1,6 @@
 """The verb that trains a learned baseline: train."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
@@ -60,15 +59,17 @@ def add_train(verbs: Any) -> None:
 
 def train(options: argparse.Namespace) -> int:
     """Train a model and print where it lies."""
+    import yaml
+
     from mpmworlds.baselines.learned.families import family_named
     from mpmworlds.loaders.export.folder import Source
-    from mpmworlds.sim.scene.text import dump_yaml
 
     family = family_named(options.family)
     changed = named_values(options.set, "--set")
     settings = family.TrainingSettings.read(options.recipe, changed)
     if options.show:
-        print(dump_yaml(json.loads(settings.model_dump_json())), end="")
+        data = settings.model_dump(mode="json")
+        print(yaml.safe_dump(data, sort_keys=False), end="")
         return DONE
     out = options.out or Path("work/models") / options.family
     source = Source(options.release, options.config, options.split, options.regime)

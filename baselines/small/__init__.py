@@ -1,0 +1,1 @@
+"""A small label model: frames are flat colours, so labels of them are predicted."""

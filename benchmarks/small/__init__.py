@@ -1,0 +1,1 @@
+"""What the label model costs, and how its training went."""
