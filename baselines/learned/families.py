@@ -11,7 +11,7 @@ from typing import Final, Protocol
 from mpmworlds.baselines.learned.settings import Settings
 from mpmworlds.loaders.export.folder import Source
 
-FAMILIES: Final = ("small",)
+FAMILIES: Final = ("small", "vdm")
 
 
 class Training(Protocol):

@@ -119,6 +119,7 @@ class Vdm:
         check_base(self._asked.lora, weights)
         return {
             "backend": self._backend,
+            "trained_on": self._trained.get("regime", ""),
             "text": TEXT_VERSION,
             "seed": self._seed,
             "steps": self._options.steps,

@@ -59,15 +59,16 @@ def told_apart(checkpoint: str, revision: str, lora: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        `checkpoint` or `checkpoint_sha256`, and `lora_sha256` if there is a LoRA. The
-        place of a folder is not in it, for it may be moved.
+        `checkpoint` and `revision`, or `checkpoint_sha256`; and `lora_sha256` if there
+        is a LoRA. Places of folders are empty, for a folder may be moved.
     """
+    told: dict[str, Any]
     if is_folder(checkpoint):
-        told: dict[str, Any] = {"checkpoint_sha256": digest_of(Path(checkpoint))}
+        told = {"checkpoint": "", "checkpoint_sha256": digest_of(Path(checkpoint))}
     else:
         told = {"checkpoint": checkpoint, "revision": commit_of(checkpoint, revision)}
     if lora:
-        told["lora_sha256"] = digest_of(lora_file(lora))
+        told |= {"lora": "", "lora_sha256": digest_of(lora_file(lora))}
     return told
 
 
@@ -77,16 +78,22 @@ def commit_of(repository: str, revision: str) -> str:
     Raises
     ------
     FileNotFoundError
-        If it is no pipeline.
+        If there is none, it is no pipeline, or the Hub cannot be reached.
     """
     from huggingface_hub import hf_hub_download
-    from huggingface_hub.errors import EntryNotFoundError
+    from huggingface_hub.errors import HfHubHTTPError, LocalEntryNotFoundError
 
     try:
         index = hf_hub_download(repository, INDEX, revision=revision or None)
-    except EntryNotFoundError:
+    except LocalEntryNotFoundError:
         raise FileNotFoundError(
-            f"{repository}: has no {INDEX}, so it is no pipeline of diffusers"
+            f"{repository}: is not here, and the Hub cannot be reached; `hf download "
+            f"{repository}` where it can, or name a folder"
+        ) from None
+    except HfHubHTTPError as error:  # no such repository, revision or file
+        raise FileNotFoundError(
+            f"{repository}: is no pipeline that the Hub has ({type(error).__name__}); "
+            f"compare name and revision, it must have a {INDEX}"
         ) from None
     return Path(index).parent.name
 
@@ -112,7 +119,7 @@ def lora_file(lora: str) -> Path:
 
 
 def trained_with(lora: str) -> Mapping[str, Any]:
-    """Settings that a LoRA was trained with here; none of one from elsewhere.
+    """Settings, regime and revision that a LoRA of ours was trained with, else none.
 
     Raises
     ------
@@ -128,8 +135,8 @@ def trained_with(lora: str) -> Mapping[str, Any]:
             f"{lora}: was trained on texts {text}, they are {TEXT_VERSION} now; train "
             "it again, or use the version of mpmworlds that wrote it"
         )
-    base = {name: note.made_of[name] for name in ("revision",) if name in note.made_of}
-    return {**note.settings, **base}
+    of_note = ("revision", "regime")
+    return note.settings | {k: note.made_of[k] for k in of_note if k in note.made_of}
 
 
 def check_base(lora: str, weights: Mapping[str, Any]) -> None:

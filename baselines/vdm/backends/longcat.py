@@ -66,11 +66,13 @@ def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
         )
     told: dict[str, Any] = {
         "dtype": str(_dtype(options)),
+        "checkpoint": "",  # a folder may be moved
         "checkpoint_sha256": digest_of(weights / "dit"),
+        "checkout": "",
         "code_sha256": digest_of(code / PACKAGE),
     }
     if options.lora:
-        told["lora_sha256"] = digest_of(lora_file(options.lora))
+        told |= {"lora": "", "lora_sha256": digest_of(lora_file(options.lora))}
     return told
 
 

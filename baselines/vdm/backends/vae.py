@@ -32,7 +32,7 @@ def told_of(checkpoint: str, revision: str, device: str) -> dict[str, Any]:
     place = checkpoint or CHECKPOINT
     check_checkpoint(place)
     if is_folder(place):
-        return {"vae_sha256": digest_of(Path(place) / PART)}
+        return {"checkpoint": "", "vae_sha256": digest_of(Path(place) / PART)}
     return {"checkpoint": place, "revision": commit_of(place, revision)}
 
 

@@ -26,8 +26,8 @@ from mpmworlds.baselines.vdm.lora.checkpoints import (
 from mpmworlds.baselines.vdm.lora.run import Run
 from mpmworlds.baselines.vdm.lora.windows import Window, Windows
 from mpmworlds.baselines.vdm.memory import Clip, training_bytes
+from mpmworlds.baselines.vdm.settings import TrainingSettings
 from mpmworlds.baselines.vdm.text import TEXT_VERSION
-from mpmworlds.baselines.vdm.training import TrainingSettings
 from mpmworlds.baselines.vdm.weights import (
     FAMILY,
     VERSION,

@@ -15,7 +15,7 @@ from mpmworlds.baselines.vdm.backends.wan_pipeline import (
 )
 from mpmworlds.baselines.vdm.lora.loss import continuation_loss
 from mpmworlds.baselines.vdm.lora.windows import Window
-from mpmworlds.baselines.vdm.training import TrainingSettings
+from mpmworlds.baselines.vdm.settings import TrainingSettings
 
 # Both attentions and the layers behind them, of all blocks, those of control as well.
 TARGETS: Final = ("to_q", "to_k", "to_v", "to_out.0", "ffn.net.0.proj", "ffn.net.2")

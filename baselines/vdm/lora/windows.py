@@ -13,8 +13,8 @@ import numpy.typing as npt
 from mpmworlds.baselines.vdm.canvas import Canvas
 from mpmworlds.baselines.vdm.chunks import whole
 from mpmworlds.baselines.vdm.memory import PATCH, SPACE, STRIDE
+from mpmworlds.baselines.vdm.settings import TrainingSettings
 from mpmworlds.baselines.vdm.text import text_for
-from mpmworlds.baselines.vdm.training import TrainingSettings
 from mpmworlds.loaders.clips import clip_of
 from mpmworlds.loaders.export.folder import Source
 from mpmworlds.loaders.load import Examples, side_info_of

@@ -19,7 +19,8 @@ from mpmworlds.baselines.vdm.lora.loss import continuation_loss, noise_level
 from mpmworlds.baselines.vdm.lora.run import Run
 from mpmworlds.baselines.vdm.lora.windows import Window, Windows
 from mpmworlds.baselines.vdm.predictor import Vdm
-from mpmworlds.baselines.vdm.training import TrainingSettings, train
+from mpmworlds.baselines.vdm.settings import TrainingSettings
+from mpmworlds.baselines.vdm.training import train
 from mpmworlds.loaders.export.folder import Source
 from tests.baselines.vdm.tiny import save_pipeline
 

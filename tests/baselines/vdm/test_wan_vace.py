@@ -96,12 +96,14 @@ def test_configuration_tells_weights_and_sampling_apart(pipeline, tmp_path):
     save_pipeline(tmp_path / "other", seed=1)
     other = Vdm(str(tmp_path / "other"), **SMALL).configuration
     assert other["checkpoint_sha256"] != told["checkpoint_sha256"]
+    assert str(pipeline) not in str(told)
 
 
 @pytest.mark.parametrize(
     ("options", "error", "told"),
     [
         ({"checkpoint": "nowhere"}, OSError, "'nowhere': is no folder, and no OWNER/"),
+        ({"checkpoint": "own/er"}, OSError, "own/er: is not here, and the Hub cannot"),
         ({"backend": "sora"}, ValueError, r"backend 'sora': unknown, must be one of"),
         ({"chunk": 24}, ValueError, r"chunk = 24 frames, must be 4 k \+ 1"),
         ({"lora": "nowhere"}, OSError, r"lora nowhere: has 0 files \*.safetensors"),

@@ -6,16 +6,12 @@ import json
 def test_data_to_report(clips, pipeline, command, tmp_path):
     model, results = tmp_path / "model", tmp_path / "results"
     at = ["--release", clips, "--regime", "full_config"]
-    settings = [
-        "--recipe",
-        "tiny",
-        "--set",
-        f"checkpoint={pipeline}",
-        "--set",
-        "steps=2",
-    ]
-    status, printed, _ = command("train", "vdm", *at, *settings, "--out", model)
-    assert (status, printed.strip()) == (0, str(model))
+    settings = ["--set", f"checkpoint={pipeline}", "--set", "steps=2"]
+    status, printed, error = command(
+        *("train", "vdm", *at, "--recipe", "tiny", *settings, "--out", model)
+    )
+    assert status == 0, error
+    assert printed.strip() == str(model)
     rows = {
         "vdm": [f"lora={model}", "steps=1"],
         "vae": [f"checkpoint={pipeline}"],
@@ -44,6 +40,7 @@ def test_data_to_report(clips, pipeline, command, tmp_path):
     ]
     assert provenance["options"]["text"] == "mpmworlds-vdm-text/1"
     assert provenance["options"]["lora_sha256"]
+    assert provenance["options"]["trained_on"] == "full_config"
     assert not provenance["knows_answers"]
     status, *_ = command(
         "report",
