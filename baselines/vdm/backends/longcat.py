@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from PIL import Image
 
-from mpmworlds.baselines.learned.devices import device_named
+from mpmworlds.baselines.learned.devices import check_fits, device_named
 from mpmworlds.baselines.vdm.backends.protocol import Options
 from mpmworlds.baselines.vdm.backends.wan_pipeline import dtype_named
 from mpmworlds.baselines.vdm.memory import Clip
@@ -49,8 +49,15 @@ def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
     ------
     FileNotFoundError
         If one of them is not.
+    RuntimeError
+        If there is no GPU, or a smaller one than the transformer alone needs.
     """
-    device_named(options.device)
+    device = device_named(options.device)
+    if options.device == "auto" and device.type == "cpu":
+        raise RuntimeError(
+            "backend longcat: needs a GPU, for which its attention is written; torch "
+            "sees none"
+        )
     code, weights = Path(options.checkout), Path(options.checkpoint)
     if not options.checkout or not (code / PACKAGE).is_dir():
         raise FileNotFoundError(
@@ -64,6 +71,9 @@ def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
             f"{', '.join(missing or PARTS)}; name the downloaded weights of "
             "LongCat-Video"
         )
+    files = (weights / "dit").rglob("*.safetensors")
+    needed = sum(file.stat().st_size for file in files)
+    check_fits(f"vdm {options.checkpoint}", needed, device, "take a larger GPU")
     told: dict[str, Any] = {
         "dtype": str(_dtype(options)),
         "checkpoint": "",  # a folder may be moved

@@ -25,7 +25,9 @@ from mpmworlds.metrics.reduction import Frames
 CHECKPOINT: Final = "Wan-AI/Wan2.1-VACE-1.3B-diffusers"
 CHUNK: Final = 81  # frames that the model was trained on
 MULTIPLE: Final = SPACE * PATCH
-OVERLAP: Final = 37  # the whole prefix but its first frame
+# The whole prefix but its first frame. The pipeline brings the mask to latents by the
+# nearest frame: where less than about a third is given, it calls the last latent new.
+OVERLAP: Final = 37
 SMALLER: Final = "take a smaller checkpoint, size, or chunk, or dtype bfloat16"
 
 

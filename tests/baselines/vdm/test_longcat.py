@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+import torch
 
 from mpmworlds.baselines.vdm.predictor import Vdm
 from tests.baselines.vdm.test_wan_vace import task_of
@@ -124,6 +125,13 @@ def test_the_same_task_gives_the_same_frames(options):
     assert np.array_equal(first, second)
     other = Vdm(**options).predict(task_of("b", prefix=6, horizon=4))[0].continuation
     assert not np.array_equal(first, other)
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
+def test_a_gpu_that_is_not_there_is_told(options):
+    del options["device"]
+    with pytest.raises(RuntimeError, match="backend longcat: needs a GPU"):
+        _ = Vdm(**options).configuration
 
 
 def test_code_that_is_not_there_is_told(options, tmp_path):

@@ -9,10 +9,16 @@ import torch
 
 from mpmworlds.baselines.learned import devices
 from mpmworlds.baselines.learned.devices import GIB, TooLittleMemoryError
+from mpmworlds.baselines.learned.extras import MissingExtraError
 from mpmworlds.baselines.protocol import InfrastructureError, Task
+from mpmworlds.baselines.vdm import predictor
+from mpmworlds.baselines.vdm.backends import wan_vace
+from mpmworlds.baselines.vdm.backends.wan_pipeline import load_pipeline, masked
+from mpmworlds.baselines.vdm.chunks import plan_chunks
 from mpmworlds.baselines.vdm.predictor import Vdm
 from mpmworlds.loaders.prompts import VideoForm
 
+PROTOCOL = plan_chunks(38, 112, wan_vace.CHUNK, wan_vace.OVERLAP)
 SMALL = {"steps": 2, "chunk": 9, "overlap": 5}
 
 
@@ -121,6 +127,25 @@ def test_what_stands_in_the_way_is_told_before_anything(pipeline, options, error
 def test_a_gpu_that_is_not_there_is_told(pipeline):
     with pytest.raises(RuntimeError, match=r"'cuda': torch .* sees no GPU; take 'cpu'"):
         _ = Vdm(str(pipeline), device="cuda").configuration
+
+
+def test_a_package_that_is_not_there_is_told(pipeline, monkeypatch):
+    monkeypatch.setattr(predictor, "MODULES", ("torch", "nowhere_at_all"))
+    told = r"nowhere_at_all: not installed; pip install 'mpmworlds\[vdm\]'"
+    with pytest.raises(MissingExtraError, match=told):
+        _ = Vdm(str(pipeline)).configuration
+
+
+@pytest.mark.parametrize(
+    "chunk", plan_chunks(38, 112, wan_vace.CHUNK, wan_vace.OVERLAP)
+)
+def test_the_mask_calls_new_what_is_not_given(pipeline, chunk):
+    pipe = load_pipeline(pipeline, "", "float32", "cpu", 3.0)
+    given = np.zeros((chunk.given, 16, 16, 3), np.uint8)
+    mask = pipe.prepare_masks(masked(given, chunk.new)[1], [[]])
+    of_latents = mask.amax((0, 1, 3, 4)).tolist()
+    known = (chunk.given - 1) // 4 + 1
+    assert of_latents == [0.0] * known + [1.0] * (chunk.new // 4)
 
 
 def test_too_little_memory_is_told(pipeline, monkeypatch):
