@@ -43,6 +43,12 @@ class Clip:
         )
 
 
+def on_device(parameters: Mapping[str, int], text_device: str) -> Mapping[str, int]:
+    """Parameters of the parts that are on the GPU."""
+    elsewhere = {"text_encoder"} if text_device == "cpu" else set()
+    return {part: n for part, n in parameters.items() if part not in elsewhere}
+
+
 def weight_bytes(parameters: Mapping[str, int], bytes_each: int) -> int:
     """Bytes of weights; those of the encoder of videos have four each."""
     return sum(

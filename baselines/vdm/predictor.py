@@ -69,6 +69,9 @@ class Vdm:
         As torch names them, or `auto`.
     revision
         Of the repository on the Hub.
+    text_device
+        Where texts are encoded, `cpu` to save the memory of a GPU; as `device` if
+        empty.
     checkout
         Folder of the code of LongCat-Video, for that backend.
     """
@@ -91,6 +94,7 @@ class Vdm:
         dtype: str = "auto",
         device: str = "auto",
         revision: str = "",
+        text_device: str = "",
         checkout: str = "",
     ) -> None:
         self._backend = backend
@@ -98,7 +102,16 @@ class Vdm:
         self._seed = seed
         self._cut = self._told = 0
         self._asked = Options(
-            checkpoint, revision, lora, steps, guidance, shift, dtype, device, checkout
+            checkpoint=checkpoint,
+            revision=revision,
+            lora=lora,
+            steps=steps,
+            guidance=guidance,
+            shift=shift,
+            dtype=dtype,
+            device=device,
+            text_device=text_device,
+            checkout=checkout,
         )
 
     @cached_property

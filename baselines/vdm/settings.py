@@ -51,6 +51,8 @@ class TrainingSettings(Settings):
     """Of the frozen weights; the LoRA is float32."""
     device: str = "auto"
     """Of a single process."""
+    text_device: str = ""
+    """Where texts are encoded, `cpu` to save memory; as the rest if empty."""
 
     @model_validator(mode="after")
     def _lengths(self) -> Self:

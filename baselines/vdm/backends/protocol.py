@@ -64,6 +64,8 @@ class Options:
     """Of the weights, as torch names it; `auto`: bfloat16 on a GPU, else float32."""
     device: str
     """As `mpmworlds.baselines.learned.devices.device_named` has them."""
+    text_device: str
+    """Where texts are encoded, `cpu` to save memory; as `device` if empty."""
     checkout: str
     """Folder of the code of the model, for a backend whose code is no package."""
 

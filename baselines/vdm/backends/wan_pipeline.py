@@ -15,7 +15,6 @@ from huggingface_hub import hf_hub_download
 from transformers import UMT5Config, UMT5EncoderModel
 
 from mpmworlds.baselines.learned.devices import device_named
-from mpmworlds.baselines.vdm.text import MOST_TOKENS
 from mpmworlds.baselines.vdm.weights import INDEX, is_folder, lora_file
 from mpmworlds.metrics.reduction import Frames
 
@@ -95,7 +94,7 @@ def parameters_of(configs: Mapping[str, Mapping[str, Any]]) -> dict[str, int]:
 def load_pipeline(
     folder: Path, lora: str, dtype: str, device: str, shift: float
 ) -> Pipeline:
-    """Load a pipeline onto a device.
+    """Load a pipeline without its text encoder, see `wan_text`, onto a device.
 
     Parameters
     ----------
@@ -111,7 +110,9 @@ def load_pipeline(
     """
     place = device_named(device)
     kind = dtype_named(dtype, place)
-    pipe = _WAN.from_pretrained(folder, dtype={"default": kind, "vae": torch.float32})
+    pipe = _WAN.from_pretrained(
+        folder, text_encoder=None, dtype={"default": kind, "vae": torch.float32}
+    )
     pipe.set_progress_bar_config(disable=True)
     pipe.scheduler = _shifted(pipe.scheduler, shift)
     if lora:
@@ -136,25 +137,6 @@ def as_frames(video: Tensor) -> Frames:
     """A video (1, 3, T, H, W) from -1 to 1 as frames uint8 (T, H, W, 3)."""
     levels = ((video[0].float() + 1) * 127.5).round().clamp(0, 255)
     return levels.to(torch.uint8).permute(1, 2, 3, 0).cpu().numpy()
-
-
-@torch.no_grad()
-def embedded(pipe: Pipeline, text: str) -> Tensor:
-    """A text as the transformer reads it, (1, MOST_TOKENS, D), zero after its end.
-
-    As the pipeline does it, but for its cleaning of web texts, which needs a package of
-    its own (ftfy) and has nothing to do on a line of words and numbers.
-    """
-    tokens = pipe.tokenizer(
-        text,
-        padding="max_length",
-        max_length=MOST_TOKENS,
-        truncation=True,
-        return_tensors="pt",
-    ).to(pipe.text_encoder.device)
-    states: Tensor = pipe.text_encoder(tokens.input_ids, tokens.attention_mask)[0]
-    mask: Tensor = tokens.attention_mask[..., None]
-    return states * mask
 
 
 @torch.no_grad()

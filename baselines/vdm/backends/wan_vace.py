@@ -12,13 +12,19 @@ from mpmworlds.baselines.vdm.backends.wan_pipeline import (
     as_frames,
     configs_of,
     dtype_named,
-    embedded,
     folder_of,
     load_pipeline,
     masked,
     parameters_of,
 )
-from mpmworlds.baselines.vdm.memory import PATCH, SPACE, Clip, inference_bytes
+from mpmworlds.baselines.vdm.backends.wan_text import Texts
+from mpmworlds.baselines.vdm.memory import (
+    PATCH,
+    SPACE,
+    Clip,
+    inference_bytes,
+    on_device,
+)
 from mpmworlds.baselines.vdm.weights import check_checkpoint, told_apart
 from mpmworlds.metrics.reduction import Frames
 
@@ -28,7 +34,9 @@ MULTIPLE: Final = SPACE * PATCH
 # The whole prefix but its first frame. The pipeline brings the mask to latents by the
 # nearest frame: where less than about a third is given, it calls the last latent new.
 OVERLAP: Final = 37
-SMALLER: Final = "take a smaller checkpoint, size, or chunk, or dtype bfloat16"
+SMALLER: Final = (
+    "take a smaller checkpoint, size or chunk, dtype bfloat16, or text_device cpu"
+)
 
 
 def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
@@ -44,13 +52,14 @@ def checked(options: Options, clip: Clip) -> Mapping[str, Any]:
         If the model does not fit on the device.
     """
     device = device_named(options.device)
+    device_named(options.text_device or options.device)
     kind = dtype_named(options.dtype, device)
     checkpoint = options.checkpoint or CHECKPOINT
     check_checkpoint(checkpoint)
     told = told_apart(checkpoint, options.revision, options.lora)
     configs = configs_of(checkpoint, options.revision)
     needed = inference_bytes(
-        parameters_of(configs),
+        on_device(parameters_of(configs), options.text_device),
         configs["transformer"],
         configs["vae"],
         clip,
@@ -66,7 +75,9 @@ def open_backend(options: Options) -> "WanVace":
     pipe = load_pipeline(
         folder, options.lora, options.dtype, options.device, options.shift
     )
-    return WanVace(pipe, options.steps, options.guidance)
+    kind = dtype_named(options.dtype, pipe.device)
+    texts = Texts(folder, kind, options.text_device or options.device)
+    return WanVace(pipe, texts, options.steps, options.guidance)
 
 
 class WanVace:
@@ -76,20 +87,25 @@ class WanVace:
     ----------
     pipe
         The pipeline, on its device.
+    texts
+        Its text encoder.
     steps, guidance
         As of `Options`.
     """
 
     name = "wan_vace"
 
-    def __init__(self, pipe: Pipeline, steps: int, guidance: float) -> None:
+    def __init__(
+        self, pipe: Pipeline, texts: Texts, steps: int, guidance: float
+    ) -> None:
         self._pipe = pipe
+        self._texts = texts
         self._steps = steps
         self._guidance = guidance
 
     def count_tokens(self, text: str) -> int:
         """Number of tokens of a text, its end among them."""
-        return len(self._pipe.tokenizer(text).input_ids)
+        return self._texts.count(text)
 
     def extend(self, given: Frames, text: str, new: int, seed: int) -> Frames:
         """Make the frames that follow; see `Backend`.
@@ -102,8 +118,8 @@ class WanVace:
         made = self._pipe(
             video=[(video[0].transpose(0, 1) + 1) / 2],
             mask=[mask[0].transpose(0, 1)],
-            prompt_embeds=embedded(self._pipe, text),
-            negative_prompt_embeds=embedded(self._pipe, ""),
+            prompt_embeds=self._texts.embedded(text).to(self._pipe.device),
+            negative_prompt_embeds=self._texts.embedded("").to(self._pipe.device),
             height=height,
             width=width,
             num_frames=len(given) + new,

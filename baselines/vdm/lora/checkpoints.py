@@ -26,7 +26,9 @@ WEIGHTS: Final = "pytorch_lora_weights.safetensors"  # as diffusers names them
 OPTIMISER: Final = "optimiser.pt"
 KEPT: Final = 2  # the newest ones
 # Settings that change no tensor of a step that is done.
-MAY_CHANGE: Final = frozenset({"steps", "save_every", "workers", "device"})
+MAY_CHANGE: Final = frozenset(
+    {"steps", "save_every", "workers", "device", "text_device"}
+)
 _WAN: Final[Any] = WanVACEPipeline
 PREFIX: Final = "transformer."
 

@@ -25,7 +25,7 @@ from mpmworlds.baselines.vdm.lora.checkpoints import (
 )
 from mpmworlds.baselines.vdm.lora.run import Run
 from mpmworlds.baselines.vdm.lora.windows import Window, Windows
-from mpmworlds.baselines.vdm.memory import Clip, training_bytes
+from mpmworlds.baselines.vdm.memory import Clip, on_device, training_bytes
 from mpmworlds.baselines.vdm.settings import TrainingSettings
 from mpmworlds.baselines.vdm.text import TEXT_VERSION
 from mpmworlds.baselines.vdm.weights import (
@@ -99,7 +99,7 @@ def checked(source: Source, settings: TrainingSettings) -> dict[str, Any]:
     configs = configs_of(settings.checkpoint, settings.revision)
     size = settings.size or SIDE
     needed = training_bytes(
-        parameters_of(configs),
+        on_device(parameters_of(configs), settings.text_device),
         configs["transformer"],
         configs["vae"],
         Clip(settings.chunk, size, size),
@@ -107,7 +107,9 @@ def checked(source: Source, settings: TrainingSettings) -> dict[str, Any]:
         checkpointing=settings.checkpointing,
         bytes_each=kind.itemsize,
     )
-    remedy = "take a smaller checkpoint, size or chunk, or checkpointing=true"
+    remedy = (
+        "take checkpointing true, text_device cpu, or a smaller checkpoint or chunk"
+    )
     check_fits(f"training of {settings.checkpoint}", needed, device, remedy)
     return {**source.noted(), "text": TEXT_VERSION, **weights}
 

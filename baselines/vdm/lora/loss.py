@@ -8,7 +8,6 @@ from mpmworlds.baselines.vdm.backends.wan_pipeline import (
     Pipeline,
     Tensor,
     control_of,
-    embedded,
     latents_of,
 )
 from mpmworlds.baselines.vdm.lora.windows import Window
@@ -16,7 +15,12 @@ from mpmworlds.baselines.vdm.memory import STRIDE
 
 
 def continuation_loss(
-    pipe: Pipeline, model: Any, window: Window, shift: float, dtype: torch.dtype
+    pipe: Pipeline,
+    model: Any,
+    window: Window,
+    text: Tensor,
+    shift: float,
+    dtype: torch.dtype,
 ) -> Tensor:
     """Mean squared error of the velocity, on the latents of the continuation.
 
@@ -28,11 +32,13 @@ def continuation_loss(
     Parameters
     ----------
     pipe
-        Whose encoders are used.
+        Whose encoder of videos is used.
     model
         Its transformer, wrapped or not.
     window
         What is seen.
+    text
+        Its text, of `Texts.embedded`.
     shift
         Of the noise levels.
     dtype
@@ -47,7 +53,7 @@ def continuation_loss(
     predicted = model(
         hidden_states=((1 - level) * clean + level * noise).to(dtype),
         timestep=level * pipe.scheduler.config.num_train_timesteps,
-        encoder_hidden_states=embedded(pipe, window.text).to(dtype),
+        encoder_hidden_states=text.to(clean.device, dtype),
         control_hidden_states=control.to(dtype),
         return_dict=False,
     )[0]

@@ -13,6 +13,7 @@ from mpmworlds.baselines.vdm.backends.wan_pipeline import (
     folder_of,
     load_pipeline,
 )
+from mpmworlds.baselines.vdm.backends.wan_text import Texts
 from mpmworlds.baselines.vdm.lora.loss import continuation_loss
 from mpmworlds.baselines.vdm.lora.windows import Window
 from mpmworlds.baselines.vdm.settings import TrainingSettings
@@ -48,8 +49,9 @@ class Run:
         self._pipe = load_pipeline(
             folder, "", settings.dtype, str(device), settings.shift
         )
+        self._texts = Texts(folder, self._dtype, settings.text_device or str(device))
         self.plain = self._pipe.transformer
-        for part in (self._pipe.text_encoder, self._pipe.vae, self.plain):
+        for part in (self._pipe.vae, self.plain):
             part.requires_grad_(requires_grad=False)
         torch.manual_seed(settings.seed)  # of the weights that the adapter starts with
         # A scale of 1, as the file of weights keeps none.
@@ -81,8 +83,14 @@ class Run:
         total: Any = 0.0
         for _ in range(settings.batch):
             with accelerator.accumulate(self._model):
+                window = next(windows)
                 loss = continuation_loss(
-                    self._pipe, self._model, next(windows), settings.shift, self._dtype
+                    self._pipe,
+                    self._model,
+                    window,
+                    self._texts.embedded(window.text),
+                    settings.shift,
+                    self._dtype,
                 )
                 accelerator.backward(loss)
                 if accelerator.sync_gradients:

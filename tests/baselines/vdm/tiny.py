@@ -1,5 +1,6 @@
-"""A random WanVACE pipeline of 110 000 parameters, saved as the real ones are."""
+"""A random WanVACE pipeline, saved as the real ones are, and tasks for it."""
 
+import numpy as np
 import torch
 from diffusers import (
     AutoencoderKLWan,
@@ -9,6 +10,9 @@ from diffusers import (
 )
 from tokenizers import Tokenizer, models, pre_tokenizers, processors
 from transformers import PreTrainedTokenizerFast, UMT5Config, UMT5EncoderModel
+
+from mpmworlds.baselines.protocol import Task
+from mpmworlds.loaders.prompts import VideoForm
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz0123456789.-;#"
 
@@ -72,3 +76,10 @@ def save_pipeline(folder, seed=0):
         scheduler=FlowMatchEulerDiscreteScheduler(shift=5.0),
         transformer=transformer,
     ).save_pretrained(folder)
+
+
+def task_of(name="a", side_info="", side=32, prefix=6, horizon=7):
+    levels = np.random.default_rng(0).integers(0, 256, (prefix, side, side, 3))
+    form = VideoForm(prefix + horizon, 15, side)
+    frames = levels.astype(np.uint8)
+    return Task(name, frames, side_info, "frames_only", horizon, 15, form)

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from mpmworlds.baselines.vdm.predictor import Vdm
-from tests.baselines.vdm.test_wan_vace import task_of
+from tests.baselines.vdm.tiny import task_of
 
 LOADED = """
 class {name}:

@@ -188,7 +188,8 @@ def test_the_loss_is_that_of_the_continuation(pipeline):
         assert torch.equal(timestep, level * 1000)
         return (velocity,)
 
-    loss = continuation_loss(pipe, knowing, window, 3.0, torch.float32)
+    text = torch.zeros(1, 512, 32)
+    loss = continuation_loss(pipe, knowing, window, text, 3.0, torch.float32)
     assert loss < 1e-6
 
 

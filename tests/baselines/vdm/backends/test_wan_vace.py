@@ -2,6 +2,7 @@
 
 import json
 import logging
+import shutil
 
 import numpy as np
 import pytest
@@ -10,23 +11,16 @@ import torch
 from mpmworlds.baselines.learned import devices
 from mpmworlds.baselines.learned.devices import GIB, TooLittleMemoryError
 from mpmworlds.baselines.learned.extras import MissingExtraError
-from mpmworlds.baselines.protocol import InfrastructureError, Task
+from mpmworlds.baselines.protocol import InfrastructureError
 from mpmworlds.baselines.vdm import predictor
 from mpmworlds.baselines.vdm.backends import wan_vace
 from mpmworlds.baselines.vdm.backends.wan_pipeline import load_pipeline, masked
 from mpmworlds.baselines.vdm.chunks import plan_chunks
 from mpmworlds.baselines.vdm.predictor import Vdm
-from mpmworlds.loaders.prompts import VideoForm
+from tests.baselines.vdm.tiny import save_pipeline, task_of
 
 PROTOCOL = plan_chunks(38, 112, wan_vace.CHUNK, wan_vace.OVERLAP)
 SMALL = {"steps": 2, "chunk": 9, "overlap": 5}
-
-
-def task_of(name="a", side_info="", side=32, prefix=6, horizon=7):
-    levels = np.random.default_rng(0).integers(0, 256, (prefix, side, side, 3))
-    form = VideoForm(prefix + horizon, 15, side)
-    frames = levels.astype(np.uint8)
-    return Task(name, frames, side_info, "frames_only", horizon, 15, form)
 
 
 @pytest.fixture(scope="module")
@@ -97,8 +91,6 @@ def test_configuration_tells_weights_and_sampling_apart(pipeline, tmp_path):
     assert json.loads(json.dumps(told)) == told
     assert Vdm(str(pipeline), **SMALL).configuration == told
     assert Vdm(str(pipeline), seed=1, **SMALL).configuration != told
-    from tests.baselines.vdm.tiny import save_pipeline
-
     save_pipeline(tmp_path / "other", seed=1)
     other = Vdm(str(tmp_path / "other"), **SMALL).configuration
     assert other["checkpoint_sha256"] != told["checkpoint_sha256"]
@@ -161,8 +153,6 @@ def test_another_kind_of_pipeline_is_told(tmp_path):
 
 
 def test_weights_that_cannot_be_read_are_no_failure_of_a_sample(pipeline, tmp_path):
-    import shutil
-
     broken = shutil.copytree(pipeline, tmp_path / "broken")
     (weights,) = (broken / "transformer").glob("*.safetensors")
     weights.write_bytes(b"nonsense")

@@ -1,11 +1,15 @@
 """The truth through the encoder of videos."""
 
+import shutil
+
 import numpy as np
 import pytest
+import torch
+from diffusers import AutoencoderKLWan
 
 from mpmworlds.baselines.protocol import Answers, Oracle
 from mpmworlds.baselines.vdm.predictor import Vae
-from tests.baselines.vdm.test_wan_vace import task_of
+from tests.baselines.vdm.tiny import task_of
 
 
 @pytest.fixture(scope="module")
@@ -24,9 +28,6 @@ def test_all_frames_come_back_in_their_size(vae, side, horizon):
 
 def test_it_is_an_oracle_whose_answer_is_that_of_the_encoder(vae, pipeline):
     """What comes back is decoded from nothing but the truth and the frame before."""
-    import torch
-    from diffusers import AutoencoderKLWan
-
     task = task_of(horizon=8)
     truth = task_of("b", horizon=8).prefix[[0, 1, 2, 3, 3, 2, 1, 0]]
     (answer,) = vae.reveal(task, Answers({}, truth))
@@ -41,8 +42,6 @@ def test_it_is_an_oracle_whose_answer_is_that_of_the_encoder(vae, pipeline):
 
 
 def test_configuration_is_that_of_the_encoder_alone(vae, pipeline, tmp_path):
-    import shutil
-
     other = shutil.copytree(pipeline, tmp_path / "other")
     (weights,) = (other / "transformer").glob("*.safetensors")
     weights.write_bytes(b"others")
