@@ -25,6 +25,20 @@ def test_the_table_has_a_line_for_each_check(command):
     assert all(any(what in line for line in out.splitlines()) for what in NEEDED)
 
 
+def test_gpus_are_those_that_the_driver_tells(command, tmp_path, monkeypatch):
+    tool = tmp_path / "nvidia-smi"
+    tool.write_text("#!/bin/sh\necho 'NVIDIA Some, 1024 MiB'\n")
+    tool.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    _, out, _ = command("doctor", "--json")
+    (gpu,) = [check for check in json.loads(out) if check["what"] == "GPU"]
+    assert (gpu["found"], gpu["good"]) == ("NVIDIA Some, 1024 MiB", True)
+    tool.write_text("#!/bin/sh\nexit 9\n")  # a driver that is not there
+    _, out, _ = command("doctor", "--json")
+    (gpu,) = [check for check in json.loads(out) if check["what"] == "GPU"]
+    assert (gpu["found"], gpu["good"], gpu["needed"]) == ("none", False, False)
+
+
 @pytest.mark.skipif(os.getuid() != 0, reason="only the superuser can be others")
 @pytest.mark.parametrize(
     ("denied", "status", "told"),

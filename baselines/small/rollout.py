@@ -41,7 +41,7 @@ def continued(
     told = None if fields is None else torch.from_numpy(fields).to(device)[None]
     found: list[Tensor] = []
     for _ in range(-(-count // shape.horizon)):
-        new = network(context, told).argmax(dim=2)
+        new = network(context, told).max(dim=2).indices
         context = advanced(context, new)
         found.append(new[0, :, :side, :side].to(torch.uint8))
     if not found:

@@ -4,6 +4,7 @@ import os
 import platform
 import resource
 import shutil
+import subprocess
 import tempfile
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
@@ -33,6 +34,9 @@ EXTRAS: Final = {
     "ray": ("cluster", "no work on several machines: --ray"),
     "openai": ("llm", "no scenes from a language model: mpmworlds propose"),
     "matplotlib": ("plots", "no figures: mpmworlds stats --figure"),
+    "torch": ("small", "no tensors, no learned baseline: mpmworlds train small"),
+    "transformers": ("vlm", "no programs by Qwen2.5-VL: mpmworlds train vlm"),
+    "diffusers": ("vdm", "no continuation by diffusion: mpmworlds train vdm"),
 }
 
 
@@ -62,6 +66,11 @@ def examine(folder: Path) -> Iterator[Check]:
     yield from _sandbox()
     yield from _renderer()
     yield from _room(folder)
+    graphics = _graphics()
+    costs = (
+        "the label model trains for hours, not one; the paper's two models not at all"
+    )
+    yield Check("GPU", graphics or "none", bool(graphics), False, _if(graphics, costs))
     for name, (extra, costs) in EXTRAS.items():
         found = _version(name)
         advice = f'{costs}; pip install "mpmworlds[{extra}]"'
@@ -150,6 +159,21 @@ def _renderer() -> Iterator[Check]:
         False,
         _if(preview, "a program on its own writes no preview; frames() still works"),
     )
+
+
+def _graphics() -> str:
+    """Names and memory of the GPUs of this machine, as its driver tells them."""
+    tool = shutil.which("nvidia-smi")
+    if tool is None:
+        return ""
+    asked = [tool, "--query-gpu=name,memory.total", "--format=csv,noheader"]
+    try:
+        told = subprocess.run(
+            asked, capture_output=True, text=True, timeout=30, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"not told ({error})"
+    return "; ".join(told.stdout.splitlines())
 
 
 def _writes_previews() -> bool:
