@@ -6,7 +6,7 @@ YAML of a scene is longer in four of five rows, and what is cut are its last obj
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 
@@ -22,14 +22,6 @@ UNTOLD: Final = frozenset(
     {"schema", "simulation", "output", "thickness_cells", "skin_cells", "name"}
 )
 _COLORS: Final = {color: name.replace("_", " ") for name, color in PALETTE.items()}
-
-
-class Tokenizer(Protocol):
-    """What is used of a tokenizer of transformers."""
-
-    def __call__(self, text: str, /) -> Mapping[str, Any]:
-        """Return a mapping with `input_ids`."""
-        ...
 
 
 def text_for(side_info: str) -> str:
