@@ -10,8 +10,8 @@ from typing import Any, Final
 from mpmworlds.baselines import simple
 from mpmworlds.baselines.protocol import AnyPredictor
 
-# With a module `predictor`, whose classes are found.
-ROOMS: Final = ("search", "served", "small", "vlm")
+# Each has a module `predictor` with classes.
+ROOMS: Final = ("search", "served", "small", "vdm", "vlm")
 NO_OPTIONS: Final[Mapping[str, Any]] = MappingProxyType({})
 
 

@@ -11,7 +11,7 @@ from typing import Final, Protocol
 from mpmworlds.baselines.learned.settings import Settings
 from mpmworlds.loaders.export.folder import Source
 
-FAMILIES: Final = ("small", "vlm")
+FAMILIES: Final = ("small", "vdm", "vlm")
 
 
 class Training(Protocol):

@@ -19,8 +19,8 @@ from mpmworlds.files.atomic import write_atomically
 MORE = """\
 predictors: black, copy_last, ping_pong, optical_flow, nearest_video, nearest_program,
   search, and, where the regime suits, config_oracle; models, each with its extra:
-  small, vlm, served (behind an OpenAI-compatible server); what knows the answers:
-  oracle, noise_ceiling, codec, config_oracle_typical_materials,
+  small, vdm, vlm, served (behind an OpenAI-compatible server); what knows the answers:
+  oracle, noise_ceiling, codec, vae, config_oracle_typical_materials,
   config_oracle_seen_positions;
   or module:Class of your own, with a name and a method predict(task)
 

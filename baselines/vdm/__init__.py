@@ -1,0 +1,1 @@
+"""Continuation by video diffusion: given frames and a text, the frames that follow."""

@@ -1,0 +1,1 @@
+"""Training of a LoRA by flow matching, on the continuation alone."""

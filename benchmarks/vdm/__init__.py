@@ -1,0 +1,1 @@
+"""What the texts and the memory of video models come to, without any weights."""
