@@ -39,7 +39,7 @@ class SmallModel:
     name = "small"
 
     def __init__(
-        self, checkpoint: str = "work/models/small/model", device: str = "auto"
+        self, checkpoint: str = "work/models/small", device: str = "auto"
     ) -> None:
         need("small", "torch", "safetensors")
         self._folder, self._device = Path(checkpoint), device_named(device)

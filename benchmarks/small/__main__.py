@@ -17,7 +17,7 @@ from mpmworlds.baselines.learned.devices import device_named
 from mpmworlds.baselines.small.losses import unrolled
 from mpmworlds.baselines.small.network import LabelUNet, Shape
 from mpmworlds.baselines.small.rollout import continued
-from mpmworlds.baselines.small.training import TrainingSettings
+from mpmworlds.baselines.small.settings import TrainingSettings
 
 SIDE, SEEN, CONTINUED = 256, 38, 112
 ROUNDS = 3

@@ -15,8 +15,9 @@ from mpmworlds.baselines.evaluate import evaluate  # noqa: E402
 from mpmworlds.baselines.learned.notes import NOTE, CheckpointError  # noqa: E402
 from mpmworlds.baselines.registry import predictor_named  # noqa: E402
 from mpmworlds.baselines.results import read_results  # noqa: E402
+from mpmworlds.baselines.small.settings import TrainingSettings  # noqa: E402
 from mpmworlds.baselines.small.slots import UNKNOWN  # noqa: E402
-from mpmworlds.baselines.small.training import TrainingSettings, train  # noqa: E402
+from mpmworlds.baselines.small.training import train  # noqa: E402
 from mpmworlds.baselines.small.windows import LabelFiles, Windows  # noqa: E402
 from mpmworlds.cli import main  # noqa: E402
 from mpmworlds.loaders.export.folder import Source  # noqa: E402
@@ -39,7 +40,7 @@ def trained(source, tmp_path_factory):
 
 
 def weights_of(folder):
-    return load_file(folder / "model" / "model.safetensors")
+    return load_file(folder / "model.safetensors")
 
 
 def log_of(folder):
@@ -89,11 +90,11 @@ def test_a_window_longer_than_a_clip_is_told(source, tmp_path):
 
 
 def test_the_same_seed_gives_the_same_weights(source, trained, tmp_path):
-    again = train(source, TINY, tmp_path / "again", progress=False).parent
+    again = train(source, TINY, tmp_path / "again", progress=False)
     assert equal(weights_of(again), weights_of(trained))
     assert log_of(again) == log_of(trained)
     other = TINY.model_copy(update={"seed": 1})
-    different = train(source, other, tmp_path / "other", progress=False).parent
+    different = train(source, other, tmp_path / "other", progress=False)
     assert not equal(weights_of(different), weights_of(trained))
 
 
@@ -114,7 +115,7 @@ def test_a_stopped_training_goes_on_as_if_it_had_not(
     with pytest.raises(StoppedError):
         train(source, TINY, tmp_path, progress=False)
     monkeypatch.undo()
-    assert not (tmp_path / "model").exists()
+    assert not (tmp_path / "model.safetensors").exists()
     train(source, TINY, tmp_path, progress=False)
     assert equal(weights_of(tmp_path), weights_of(trained))
     assert log_of(tmp_path) == log_of(trained)
@@ -127,7 +128,7 @@ def test_a_folder_of_another_training_is_refused(source, trained):
 
 
 def test_a_trained_model_is_evaluated_and_reported(small, trained, tmp_path, capsys):
-    checkpoint = f"checkpoint={trained / 'model'}"
+    checkpoint = f"checkpoint={trained}"
     given = ["--release", str(small.release), "--split", "test", "--workers", "1"]
     folders = []
     for name, options in (
@@ -151,8 +152,8 @@ def test_a_model_that_is_told_something_wants_to_be_told(small, tmp_path, capsys
     settings = ["--recipe", "tiny", "--set", "steps=2", "--set", "device=cpu"]
     out = tmp_path / "told"
     assert main(["train", "small", *told, *settings, "--out", str(out)]) == 0
-    assert capsys.readouterr().out.strip() == str(out / "model")
-    options = {"checkpoint": str(out / "model"), "device": "cpu"}
+    assert capsys.readouterr().out.strip() == str(out)
+    options = {"checkpoint": str(out), "device": "cpu"}
     where = small.release, "small", "test"
     with pytest.raises(ValueError, match="must be one of \\['full_config'\\]"):
         evaluate(*where, tmp_path / "a", options=options, progress=False)
@@ -169,7 +170,7 @@ def test_a_model_that_is_told_something_wants_to_be_told(small, tmp_path, capsys
 
 def test_a_checkpoint_of_another_version_is_refused(trained, tmp_path):
     folder = tmp_path / "model"
-    shutil.copytree(trained / "model", folder)
+    shutil.copytree(trained, folder)
     note = json.loads((folder / NOTE).read_text())
     (folder / NOTE).write_text(json.dumps(note | {"version": 99}))
     model = predictor_named("small", {"checkpoint": str(folder), "device": "cpu"})

@@ -1,4 +1,4 @@
-"""The commands of the page that reproduces the paper are such as the program takes."""
+"""The commands of the pages that reproduce the paper are such as the program takes."""
 
 import inspect
 import re
@@ -8,22 +8,25 @@ from pathlib import Path
 import pytest
 from accelerate.commands.launch import launch_command_parser
 
-from mpmworlds.baselines.learned.families import family_named
+from mpmworlds.baselines.learned.families import FAMILIES, family_named
 from mpmworlds.baselines.registry import PREDICTORS
 from mpmworlds.cli import parser
 from mpmworlds.cli.common import named_values
 
-ROOT = Path(__file__).resolve().parents[3]
-PAGE = (ROOT / "docs" / "reproduce.md").read_text("utf-8")
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted((ROOT / "docs").glob("reproduce*.md"))
+GIVEN = {"$regime": "no_materials", "$split": "test"}
+VARIABLE = re.compile(r"^\w+=\S+ ")
 SHOWN = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def commands(word):
-    """Lines of the page that begin with a word, with a regime for `$regime`."""
-    text = "\n".join(SHOWN.findall(PAGE)).replace("\\\n", " ")
-    lines = (
-        line.strip() for line in text.replace("$regime", "no_materials").split("\n")
-    )
+    """Lines of the pages that begin with a word, with values for variables."""
+    shown = [block for page in PAGES for block in SHOWN.findall(page.read_text())]
+    text = "\n".join(shown).replace("\\\n", " ")
+    for name, value in GIVEN.items():
+        text = text.replace(name, value)
+    lines = [VARIABLE.sub("", line.strip()) for line in text.split("\n")]
     return [shlex.split(line)[1:] for line in lines if line.startswith(f"{word} ")]
 
 
@@ -53,7 +56,16 @@ def test_launch_is_understood(arguments):
     check(parser().parse_args(options.training_script_args))
 
 
-def test_the_code_writing_model_is_trained_and_evaluated_there():
-    assert any("vlm" in arguments for arguments in commands("accelerate"))
-    asked = " ".join(" ".join(arguments) for arguments in commands("mpmworlds"))
-    assert "--predictor vlm" in asked and "--predictor served" in asked
+@pytest.mark.parametrize("predictor", ["vlm", "served", "vdm", "vae", "small"])
+def test_each_family_is_evaluated_there(predictor):
+    assert any(
+        ["--predictor", predictor] == arguments[1:3]
+        for arguments in commands("mpmworlds")
+        if arguments[0] == "evaluate"
+    )
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_each_family_is_trained_there(family):
+    every = commands("accelerate") + commands("mpmworlds")
+    assert any(f" train {family} " in f" {' '.join(arguments)} " for arguments in every)
