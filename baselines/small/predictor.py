@@ -29,6 +29,8 @@ class SmallModel:
         Folder of the trained model.
     device
         As torch names it; ``auto`` is the GPU if there is one.
+    kept
+        Part of its area that nothing falls below, see `rollout.held`; 0 for no bound.
 
     Raises
     ------
@@ -39,8 +41,14 @@ class SmallModel:
     name = "small"
 
     def __init__(
-        self, checkpoint: str = "work/models/small", device: str = "auto"
+        self,
+        checkpoint: str = "work/models/small",
+        device: str = "auto",
+        kept: float = 0.97,
     ) -> None:
+        if not 0.0 <= kept <= 1.0:
+            raise ValueError(f"kept = {kept}, must be from 0 to 1")
+        self._kept = kept
         need("small", "torch", "safetensors")
         self._folder, self._device = Path(checkpoint), device_named(device)
 
@@ -50,12 +58,13 @@ class SmallModel:
         return bool(self._device.type != "cpu")
 
     @property
-    def configuration(self) -> Mapping[str, str]:
+    def configuration(self) -> Mapping[str, Any]:
         """The weights count, not where they lie."""
         from mpmworlds.baselines.small.checkpoint import weights_sha256
 
         return {
             "checkpoint": "",
+            "kept": self._kept,
             "weights_sha256": weights_sha256(self._folder),
             "trained_on": self._trained_on,
         }
@@ -77,9 +86,10 @@ class SmallModel:
         told = fields_of(task.side_info, slots) if network.shape.told else None
         context = network.shape.context
         with _one_thread(self._device):
-            rest = continued(network, seen, task.horizon, told)
+            rest = continued(network, seen, task.horizon, told, self._kept)
             known = seen[:context]
-            own = continued(network, known, max(len(seen) - context, 0), told)
+            left = max(len(seen) - context, 0)
+            own = continued(network, known, left, told, self._kept)
         return [
             Candidate(slots.frames(rest), slots.frames(np.concatenate([known, own])))
         ]

@@ -8,7 +8,11 @@ torch = pytest.importorskip("torch")
 from mpmworlds.baselines.small.fields import FEATURES  # noqa: E402
 from mpmworlds.baselines.small.losses import unrolled  # noqa: E402
 from mpmworlds.baselines.small.network import LabelUNet, Shape  # noqa: E402
-from mpmworlds.baselines.small.rollout import continued  # noqa: E402
+from mpmworlds.baselines.small.rollout import (  # noqa: E402
+    areas_of,
+    continued,
+    held,
+)
 from mpmworlds.baselines.small.slots import CLASSES, UNKNOWN  # noqa: E402
 
 
@@ -41,6 +45,30 @@ def test_before_training_everything_stays_where_it_is(patch, told):
 def test_any_size_and_length_is_continued(side, frames):
     found = continued(network_of(patch=2), moving(frames, side), 3)
     assert found.shape == (3, side, side)
+
+
+def test_what_is_in_doubt_does_not_wear_away():
+    # A square whose right half is a little less likely than background.
+    logits = torch.zeros(1, 1, CLASSES, 16, 16)
+    logits[:, :, 0] = 1.0
+    logits[:, :, 3, 4:12, 4:8], logits[:, :, 3, 4:12, 8:12] = 3.0, 0.5
+    free = held(logits, torch.zeros(1, 1, CLASSES))
+    assert int((free == 3).sum()) == 32
+    bound = torch.zeros(1, 1, CLASSES)
+    bound[..., 3] = 60.0
+    labels = held(logits, bound)
+    assert ((labels == 3)[0, 0].nonzero() >= 4).all()
+    assert int((labels == 3).sum()) == 64
+    assert float(areas_of(labels)[0, 0, 3]) == 64.0
+    assert set(labels.unique().tolist()) == {0, 3}
+
+
+def test_what_covers_enough_is_left_as_it_is():
+    generator = torch.Generator().manual_seed(0)
+    logits = torch.randn(1, 2, CLASSES, 16, 16, generator=generator)
+    expected = logits.max(dim=2).indices
+    areas = areas_of(expected).min(dim=1, keepdim=True).values
+    assert torch.equal(held(logits, areas), expected)
 
 
 def test_nothing_is_nothing_more():
