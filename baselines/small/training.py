@@ -21,6 +21,6 @@ def train(source: Source, settings: Settings, out_dir: Path, *, progress: bool) 
     """
     assert isinstance(settings, TrainingSettings)
     need("small", "accelerate", "safetensors", "torch")
-    from mpmworlds.baselines.small.loop import train_network
+    from mpmworlds.baselines.small.learning.loop import train_network
 
     return train_network(source, settings, out_dir, progress=progress)

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from mpmworlds.baselines.learned.devices import device_named
-from mpmworlds.baselines.small.losses import unrolled
+from mpmworlds.baselines.small.learning.losses import unrolled
 from mpmworlds.baselines.small.network import LabelUNet, Shape
 from mpmworlds.baselines.small.rollout import continued
 from mpmworlds.baselines.small.settings import TrainingSettings

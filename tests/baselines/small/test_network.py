@@ -6,7 +6,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from mpmworlds.baselines.small.fields import FEATURES  # noqa: E402
-from mpmworlds.baselines.small.losses import unrolled  # noqa: E402
+from mpmworlds.baselines.small.learning.losses import unrolled  # noqa: E402
 from mpmworlds.baselines.small.network import LabelUNet, Shape  # noqa: E402
 from mpmworlds.baselines.small.rollout import (  # noqa: E402
     areas_of,

@@ -15,10 +15,10 @@ from mpmworlds.baselines.evaluate import evaluate  # noqa: E402
 from mpmworlds.baselines.learned.notes import NOTE, CheckpointError  # noqa: E402
 from mpmworlds.baselines.registry import predictor_named  # noqa: E402
 from mpmworlds.baselines.results import read_results  # noqa: E402
+from mpmworlds.baselines.small.learning.windows import LabelFiles, Windows  # noqa: E402
 from mpmworlds.baselines.small.settings import TrainingSettings  # noqa: E402
 from mpmworlds.baselines.small.slots import UNKNOWN  # noqa: E402
 from mpmworlds.baselines.small.training import train  # noqa: E402
-from mpmworlds.baselines.small.windows import LabelFiles, Windows  # noqa: E402
 from mpmworlds.cli import main  # noqa: E402
 from mpmworlds.loaders.export.folder import Source  # noqa: E402
 from mpmworlds.metrics.reduction import prefix_length  # noqa: E402
@@ -102,7 +102,7 @@ def test_the_same_seed_gives_the_same_weights(source, trained, tmp_path):
 def test_a_stopped_training_goes_on_as_if_it_had_not(
     source, trained, tmp_path, monkeypatch, stopped_at
 ):
-    from mpmworlds.baselines.small import progress
+    from mpmworlds.baselines.small.learning import progress
 
     noted = progress.Progress.note
 
@@ -182,6 +182,8 @@ def test_a_checkpoint_of_another_version_is_refused(trained, tmp_path):
 
 
 def test_what_is_no_checkpoint_is_told(tmp_path):
+    with pytest.raises(ValueError, match="kept = 2, must be from 0 to 1"):
+        predictor_named("small", {"checkpoint": str(tmp_path), "kept": 2})
     model = predictor_named("small", {"checkpoint": str(tmp_path), "device": "cpu"})
     with pytest.raises(CheckpointError, match="mpmworlds train small --out"):
         _ = model.regimes

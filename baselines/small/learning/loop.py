@@ -13,12 +13,12 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 from mpmworlds.baselines.learned.devices import device_named
 from mpmworlds.baselines.learned.notes import Note
 from mpmworlds.baselines.small.checkpoint import FAMILY, VERSION, save_network
-from mpmworlds.baselines.small.losses import unrolled
+from mpmworlds.baselines.small.learning.losses import unrolled
+from mpmworlds.baselines.small.learning.progress import Progress
+from mpmworlds.baselines.small.learning.windows import LabelFiles, Window, Windows
 from mpmworlds.baselines.small.network import LabelUNet, Shape
-from mpmworlds.baselines.small.progress import Progress
 from mpmworlds.baselines.small.rollout import padded
 from mpmworlds.baselines.small.settings import TrainingSettings
-from mpmworlds.baselines.small.windows import LabelFiles, Window, Windows
 from mpmworlds.loaders.export.folder import Source
 from mpmworlds.loaders.regimes import regime_named
 from mpmworlds.loaders.weights import sampling_weights

@@ -1,0 +1,1 @@
+"""Trains the label model: windows of clips, losses, steps, what is kept of them."""
