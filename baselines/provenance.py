@@ -3,7 +3,7 @@
 import hashlib
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -72,7 +72,8 @@ class Provenance:
             Folder of the release.
         predictor
             What predicts. If it has a mapping ``configuration``, that is part of what
-            it is: digests of weights, versions of prompts.
+            it is: digests of weights, versions of prompts. If it has names of
+            ``packages``, their versions are told.
         config, split, regime, selection
             As in the fields.
         options
@@ -97,7 +98,7 @@ class Provenance:
             release_sha256=release_sha256(release, config),
             metrics_version=VERSION,
             constants_sha256=constants_sha256(),
-            versions=_versions(),
+            versions=_versions(_used_by(predictor)),
         )
 
 
@@ -105,11 +106,21 @@ def _digest(record: Any) -> str:
     return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
 
-def _versions() -> dict[str, str]:
-    """Of what is always used, and of what the predictor has loaded."""
-    found = {}
+def _used_by(predictor: AnyPredictor) -> Sequence[str]:
+    """Packages that a predictor says it uses, or, if it says nothing, has loaded.
+
+    What else this process has loaded is no property of a predictor of this package.
+    """
+    kind = type(predictor)
+    ours = kind.__module__.startswith("mpmworlds.")
     loaded = [name for name in IF_LOADED if name.replace("-", "_") in sys.modules]
-    for name in (*PACKAGES, *loaded):
+    return list(getattr(predictor, "packages", () if ours else loaded))
+
+
+def _versions(used: Sequence[str]) -> dict[str, str]:
+    """Of what is always used, and of what the predictor uses."""
+    found = {}
+    for name in (*PACKAGES, *used):
         try:
             found[name] = version(name)
         except PackageNotFoundError:

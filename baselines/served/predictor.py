@@ -58,6 +58,7 @@ class ServedWriter:
     """
 
     name = "served"
+    packages = ("openai",)
 
     def __init__(
         self,

@@ -39,6 +39,7 @@ class SmallModel:
     """
 
     name = "small"
+    packages = ("torch",)
 
     def __init__(
         self,

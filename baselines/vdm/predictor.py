@@ -77,6 +77,7 @@ class Vdm:
     """
 
     name = "vdm"
+    packages = ("torch", "diffusers", "transformers")
     exclusive = True  # a GPU has room for one model
 
     def __init__(
@@ -247,6 +248,7 @@ class Vae:
     """
 
     name = "vae"
+    packages = ("torch", "diffusers")
     exclusive = True
 
     def __init__(

@@ -45,6 +45,7 @@ class CodeWriter:
     """
 
     name = "vlm"
+    packages = ("torch", "transformers")
     exclusive = True  # a model is loaded once
 
     def __init__(

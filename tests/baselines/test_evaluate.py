@@ -108,7 +108,7 @@ def test_a_task_carries_what_the_regime_gives_and_nothing_else(make_example):
     example = make_example()
     score_example(replace(example, row=Sealed(example.row)), predictor)
     (task,) = predictor.tasks
-    told = {"id", "prefix", "side_info", "horizon", "framerate", "form"}
+    told = {"id", "prefix", "side_info", "regime", "horizon", "framerate", "form"}
     assert vars(task).keys() == told
     assert task.side_info == ""
     assert not re.search(r"p\d{4}", task.id)
