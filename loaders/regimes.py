@@ -17,7 +17,8 @@ from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.sim.scene.text import dump_yaml
 
 DEFAULT: Final = "frames_only"
-_COLORS: Final = {color: name.replace("_", " ") for name, color in PALETTE.items()}
+COLOR_WORDS: Final = {color: name.replace("_", " ") for name, color in PALETTE.items()}
+"""Colours of the palette as captions say them."""
 _COLUMNS: Final = ("left", "middle", "right")
 _ROWS: Final = ("bottom", "middle", "top")
 
@@ -106,9 +107,15 @@ def caption(scene: Scene) -> str:
     return " ".join([pull, *(_sentence(thing) for thing in scene.objects)])
 
 
+def color_said(looks: str) -> str:
+    """Colour with whose words the looks of a caption begin; empty if with none."""
+    begun = [c for c, words in COLOR_WORDS.items() if looks.startswith(f"{words} ")]
+    return max(begun, key=lambda color: len(COLOR_WORDS[color]), default="")
+
+
 def _sentence(thing: AnyObject) -> str:
     """What an object is, of what, where, and how it moves."""
-    looks = f"{_COLORS[thing.visualization.color]} {thing.shape.type}"
+    looks = f"{COLOR_WORDS[thing.visualization.color]} {thing.shape.type}"
     words = [looks, thing.object_type]
     for name in type(thing).model_fields:
         part = getattr(thing, name)

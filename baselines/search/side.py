@@ -6,16 +6,15 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from mpmworlds.baselines.filling import told_scene
+from mpmworlds.loaders.regimes import COLOR_WORDS, color_said
 from mpmworlds.sim.scene.fields import TOLD_APART_BY
 from mpmworlds.sim.scene.objects import EMISSIONS, MATERIALS, MOTIONS, SHAPES
-from mpmworlds.sim.scene.palette import PALETTE
 
 Data = dict[str, Any]
 
 _SENTENCE: Final = re.compile(
     r"(?P<name>[a-z][a-z0-9_]*): (?P<looks>[^,]+), (?P<rest>[^.]+)\."
 )
-_COLORS: Final = {name.replace("_", " "): color for name, color in PALETTE.items()}
 _KINDS: Final = {
     f"{kind.replace('_', ' ')}": kind
     for kind in ("dynamic_body", "static_collider", "kinematic_collider", "emitter")
@@ -84,19 +83,17 @@ def read_side(text: str) -> Told:
 def _captioned(found: "re.Match[str]") -> Data:
     """An object of a caption, in plain data with gaps."""
     looks = found["looks"]
-    color = next(
-        c for c in sorted(_COLORS, key=len, reverse=True) if looks.startswith(f"{c} ")
-    )
-    shape = looks[len(color) + 1 :].replace(" ", "_")
+    color = color_said(looks)
+    shape = looks[len(COLOR_WORDS.get(color, "")) + 1 :].replace(" ", "_")
     parts = [part.strip() for part in found["rest"].split(",")]
     kind = _KINDS.get(parts[0])
-    if kind is None or shape not in SHAPES:
+    if not color or kind is None or shape not in SHAPES:
         raise ValueError(f"caption {found[0]!r}: is of no object that scenes have")
     thing: Data = {
         "name": found["name"],
         "object_type": kind,
         "shape": {"type": shape},
-        "visualization": {"color": _COLORS[color]},
+        "visualization": {"color": color},
     }
     for part in parts[1:]:
         what, _, rest = part.partition(" ")

@@ -1,12 +1,11 @@
 """A trained network in a folder: weights as safetensors, and a note of what it is."""
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 
 from mpmworlds.baselines.learned.notes import (
     CheckpointError,
@@ -16,6 +15,7 @@ from mpmworlds.baselines.learned.notes import (
 )
 from mpmworlds.baselines.small.network import LabelUNet, Shape
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.checksums import sha256_of_file
 
 FAMILY: Final = "small"
 VERSION: Final = 1
@@ -39,10 +39,8 @@ def save_network(
         Its settings get the shape of the network.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    part = folder / f".{WEIGHTS}.part"
-    save_file({k: v.detach().cpu().contiguous() for k, v in weights.items()}, part)
-    write_atomically(folder / WEIGHTS, part.read_bytes())
-    part.unlink()
+    data = save({k: v.detach().cpu().contiguous() for k, v in weights.items()})
+    write_atomically(folder / WEIGHTS, data)
     settings = {**note.settings, "shape": asdict(network.shape)}
     write_note(
         folder, Note(note.family, note.version, settings, note.made_of, note.steps)
@@ -76,6 +74,6 @@ def weights_sha256(folder: Path) -> str:
         If there are none.
     """
     try:
-        return hashlib.sha256((folder / WEIGHTS).read_bytes()).hexdigest()
+        return sha256_of_file(folder / WEIGHTS)
     except OSError as error:
         raise CheckpointError(f"{folder}: has no weights ({error})") from None

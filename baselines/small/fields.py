@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from mpmworlds.baselines.filling import told_scene
 from mpmworlds.baselines.small.slots import CLASSES, Slots
-from mpmworlds.sim.scene.palette import PALETTE
+from mpmworlds.loaders.regimes import COLOR_WORDS, color_said
 
 FEATURES: Final = 64
 Fields = npt.NDArray[np.float32]
@@ -79,19 +79,9 @@ def _of_caption(text: str) -> Iterator[tuple[str, str, float]]:
     """Words of each sentence, with the colour that it begins with, if any."""
     for sentence in _SENTENCE.split(text):
         said = sentence.partition(": ")[2] or sentence
-        color = max(
-            (name for name in _spoken() if said.startswith(f"{name} ")),
-            key=len,
-            default="",
-        )
-        for word in _WORD.findall(said[len(color) :].lower()):
-            yield _spoken().get(color, ""), f"word {word}", 1.0
-
-
-@cache
-def _spoken() -> Mapping[str, str]:
-    """Colours by the words of a caption."""
-    return {name.replace("_", " "): color for name, color in PALETTE.items()}
+        color = color_said(said)
+        for word in _WORD.findall(said[len(COLOR_WORDS.get(color, "")) :].lower()):
+            yield color, f"word {word}", 1.0
 
 
 @cache

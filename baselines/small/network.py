@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Self
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
 from mpmworlds.baselines.small.fields import FEATURES
+from mpmworlds.baselines.small.settings import TrainingSettings
 from mpmworlds.baselines.small.slots import CLASSES
 
 GROUP = 16  # channels of a group that is normalised
@@ -31,6 +32,18 @@ class Shape:
     """Side of the squares of pixels that the first level sees as one."""
     told: int
     """Channels of what a regime tells; 0 for a model that is told nothing."""
+
+    @classmethod
+    def of(cls, settings: TrainingSettings, *, told: bool) -> Self:
+        """As settings have it, for a model that is told something, or nothing."""
+        return cls(
+            settings.context,
+            settings.horizon,
+            settings.channels,
+            settings.blocks,
+            settings.patch,
+            settings.told if told else 0,
+        )
 
 
 class Block(nn.Module):

@@ -12,7 +12,7 @@ import numpy as np
 
 from mpmworlds.files.machine_yaml import read_machine_yaml
 from mpmworlds.loaders.prompts import CONTINUE
-from mpmworlds.sim.scene.palette import PALETTE
+from mpmworlds.loaders.regimes import COLOR_WORDS
 
 TEXT_VERSION: Final = "mpmworlds-vdm-text/1"
 MOST_TOKENS: Final = 512  # of the UMT5 encoder in Wan and LongCat
@@ -21,7 +21,6 @@ DIGITS: Final = 3  # of a number that are told
 UNTOLD: Final = frozenset(
     {"schema", "simulation", "output", "thickness_cells", "skin_cells", "name"}
 )
-_COLORS: Final = {color: name.replace("_", " ") for name, color in PALETTE.items()}
 
 
 def text_for(side_info: str) -> str:
@@ -69,7 +68,7 @@ def _words(part: Mapping[str, Any]) -> Iterator[str]:
         if isinstance(value, dict):
             yield from _words(value)
         elif isinstance(value, str):
-            yield _COLORS.get(value, value.replace("_", " "))
+            yield COLOR_WORDS.get(value, value.replace("_", " "))
         elif numbers := _numbers(value):
             yield f"{key.replace('_', ' ')} {numbers}"
 

@@ -44,15 +44,7 @@ def speed(recipe: str, device_name: str) -> str:
     """Windows a second in training, and seconds of a sample when it is continued."""
     settings = TrainingSettings.read(recipe)
     device = device_named(device_name)
-    shape = Shape(
-        settings.context,
-        settings.horizon,
-        settings.channels,
-        settings.blocks,
-        settings.patch,
-        0,
-    )
-    network = LabelUNet(shape).to(device)
+    network = LabelUNet(Shape.of(settings, told=False)).to(device)
     optimizer = torch.optim.AdamW(network.parameters())
     frames = settings.context + settings.horizon
     size = settings.batch, frames, SIDE, SIDE

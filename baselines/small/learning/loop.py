@@ -1,5 +1,6 @@
 """Steps of a training, and what is looked at on the way."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -113,14 +114,7 @@ class _Loop:
     ) -> None:
         self._accelerator, self._settings = accelerator, settings
         regime = regime_named(source.regime)
-        shape = Shape(
-            context=settings.context,
-            horizon=settings.horizon,
-            channels=settings.channels,
-            blocks=settings.blocks,
-            patch=settings.patch,
-            told=0 if regime.blind else settings.told,
-        )
+        shape = Shape.of(settings, told=not regime.blind)
         with torch.random.fork_rng():
             torch.manual_seed(settings.seed)
             self.network = LabelUNet(shape).to(accelerator.device)
@@ -203,8 +197,8 @@ class _Loop:
     def _rate(self, step: int) -> float:
         settings = self._settings
         up = min(1.0, step / max(settings.warmup, 1))
-        turn = torch.tensor(torch.pi * (step - 1) / settings.steps, dtype=torch.float64)
-        return settings.learning_rate * up * float(0.5 + 0.5 * torch.cos(turn))
+        down = 0.5 + 0.5 * math.cos(math.pi * (step - 1) / settings.steps)
+        return settings.learning_rate * up * down
 
     def _tensors(self, batch: Batch) -> tuple[torch.Tensor, torch.Tensor | None]:
         device = self._accelerator.device

@@ -8,8 +8,10 @@ from typing import Any, Final
 
 from accelerate import Accelerator
 
+from mpmworlds.baselines.learned.losses import forget_after
 from mpmworlds.baselines.learned.settings import Settings
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.journal import append_records
 
 MADE_OF: Final = "training.json"
 LOG: Final = "log.jsonl"
@@ -88,8 +90,7 @@ class Progress:
         if done:
             accelerator.load_state(str(self._folder / STATES / str(done)))
         if self._main:  # what was logged after the checkpoint comes again
-            kept = [line for line in self._lines() if json.loads(line)["step"] <= done]
-            write_atomically(self._folder / LOG, "".join(kept).encode())
+            forget_after(self._folder / LOG, done)
         return done
 
     def save(self, accelerator: Accelerator, step: int) -> None:
@@ -111,12 +112,4 @@ class Progress:
         """Add a line to the log."""
         if self._main:
             rounded = {key: float(f"{value:.6g}") for key, value in told.items()}
-            with (self._folder / LOG).open("a", encoding="utf-8") as log:
-                log.write(json.dumps({"step": step, **rounded}) + "\n")
-
-    def _lines(self) -> list[str]:
-        path = self._folder / LOG
-        if not path.is_file():
-            return []
-        lines = path.read_text("utf-8").splitlines(keepends=True)
-        return [line for line in lines if line.endswith("\n")]
+            append_records(self._folder / LOG, [{"step": step, **rounded}])

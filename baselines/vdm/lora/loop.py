@@ -1,6 +1,5 @@
 """The loop of the training, on one device or several."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -10,6 +9,7 @@ from torch.utils.data import DataLoader
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.baselines.learned.devices import check_fits, device_named
+from mpmworlds.baselines.learned.losses import forget_after
 from mpmworlds.baselines.learned.notes import NOTE, Note
 from mpmworlds.baselines.vdm.backends.wan_pipeline import (
     configs_of,
@@ -34,8 +34,7 @@ from mpmworlds.baselines.vdm.weights import (
     check_checkpoint,
     told_apart,
 )
-from mpmworlds.files.atomic import write_atomically
-from mpmworlds.files.journal import append_records, read_records
+from mpmworlds.files.journal import append_records
 from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.export.folder import Source
 from mpmworlds.metrics.reduction import SIDE
@@ -66,7 +65,7 @@ def train_lora(
     if last is not None:
         restore(last, run.plain, run.optimiser)
     if accelerator.is_main_process:
-        _forget_after(out_dir / LOSSES, done)
+        forget_after(out_dir / LOSSES, done)
     windows = _windows(source, settings, accelerator, done)
     bar = tqdm(
         total=settings.steps,
@@ -137,10 +136,3 @@ def _windows(
 
 def _as_it_is(window: Any) -> Any:
     return window
-
-
-def _forget_after(path: Path, step: int) -> None:
-    """Drop losses of steps that will be taken again."""
-    kept = [record for record in read_records(path) if record["step"] <= step]
-    text = "".join(json.dumps(record) + "\n" for record in kept)
-    write_atomically(path, text.encode())

@@ -54,6 +54,23 @@ def add_measured(parser: Any) -> None:
     )
 
 
+def add_samples(parser: Any, split: str) -> None:
+    """Add the options that say which samples of a release are meant."""
+    parser.add_argument("--release", type=Path, default=Path("release/mpmworlds"))
+    parser.add_argument("--config", default="tiny", help="configuration (default tiny)")
+    parser.add_argument("--split", default=split, help=f"split (default {split})")
+
+
+def add_regime(parser: Any) -> None:
+    """Add the option that says what is told of the scenes."""
+    parser.add_argument(
+        "--regime",
+        default="frames_only",
+        help="what is told of the scenes: frames_only (default), full_config, "
+        "no_materials, no_positions or caption",
+    )
+
+
 def add_workers(parser: Any) -> None:
     """Add the option that says how many processes work."""
     parser.add_argument(

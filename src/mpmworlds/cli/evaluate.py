@@ -9,6 +9,8 @@ from mpmworlds.cli.common import (
     DOES_NOT_HOLD,
     DONE,
     add_ray,
+    add_regime,
+    add_samples,
     add_workers,
     named_values,
     new_verb,
@@ -55,7 +57,7 @@ def add_evaluate(verbs: Any) -> None:
     )
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog += f"\n\n{MORE}"
-    _add_samples(parser)
+    add_samples(parser, "test")
     who = parser.add_mutually_exclusive_group(required=True)
     who.add_argument("--predictor", help="name of a predictor, or module:Class")
     who.add_argument(
@@ -68,12 +70,7 @@ def add_evaluate(verbs: Any) -> None:
         metavar="NAME=VALUE",
         help="what the predictor is made with; the value as JSON, else as text",
     )
-    parser.add_argument(
-        "--regime",
-        default="frames_only",
-        help="what it is told of the scenes: frames_only (default), full_config, "
-        "no_materials, no_positions or caption",
-    )
+    add_regime(parser)
     parser.add_argument("--out", type=Path, help="default: work/results/NAME-REGIME")
     parser.add_argument("--limit", type=int, help="evaluate only so many samples")
     parser.add_argument(
@@ -116,12 +113,6 @@ def add_evaluate(verbs: Any) -> None:
         "`dvc metrics diff`",
     )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
-
-
-def _add_samples(parser: Any) -> None:
-    parser.add_argument("--release", type=Path, default=Path("release/mpmworlds"))
-    parser.add_argument("--config", default="tiny", help="configuration (default tiny)")
-    parser.add_argument("--split", default="test", help="split (default test)")
 
 
 def evaluate(options: argparse.Namespace) -> int:
@@ -196,7 +187,7 @@ def add_submission(verbs: Any) -> None:
     parser.add_argument("--card", type=Path, help="pack: what made them, as YAML")
     parser.add_argument("--out", type=Path, help="pack: folder to make")
     parser.add_argument("--partial", action="store_true", help="samples may be missing")
-    _add_samples(parser)
+    add_samples(parser, "test")
 
 
 def submission(options: argparse.Namespace) -> int:

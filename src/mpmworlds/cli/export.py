@@ -4,7 +4,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DONE, add_workers, new_verb
+from mpmworlds.cli.common import (
+    DONE,
+    add_regime,
+    add_samples,
+    add_workers,
+    new_verb,
+)
 
 _SFT, _VIDEO = "sft", "video"
 _OF_SFT = ("task", "pictures", "schema")  # options of one form only
@@ -26,15 +32,8 @@ def add_export(verbs: Any) -> None:
         help="sft: chats (JSON lines and PNG files) whose answer is the program; "
         "video: lossless clips with texts, as videofolder and diffusers take them",
     )
-    parser.add_argument("--release", type=Path, default=Path("release/mpmworlds"))
-    parser.add_argument("--config", default="tiny", help="configuration (default tiny)")
-    parser.add_argument("--split", default="train", help="split (default train)")
-    parser.add_argument(
-        "--regime",
-        default="frames_only",
-        help="what is told of the scenes: frames_only (default), full_config, "
-        "no_materials, no_positions or caption",
-    )
+    add_samples(parser, "train")
+    add_regime(parser)
     parser.add_argument("--out", type=Path, required=True, help="folder to write")
     parser.add_argument("--limit", type=int, help="export only so many samples")
     add_workers(parser)

@@ -4,7 +4,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DONE, named_values, new_verb
+from mpmworlds.cli.common import (
+    DONE,
+    add_regime,
+    add_samples,
+    named_values,
+    new_verb,
+)
 
 MORE = """\
 families, each with the extra that it needs:
@@ -34,15 +40,8 @@ def add_train(verbs: Any) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog += f"\n\n{MORE}"
     parser.add_argument("family", help="small, vlm or vdm")
-    parser.add_argument("--release", type=Path, default=Path("release/mpmworlds"))
-    parser.add_argument("--config", default="tiny", help="configuration (default tiny)")
-    parser.add_argument("--split", default="train", help="split (default train)")
-    parser.add_argument(
-        "--regime",
-        default="frames_only",
-        help="what is told of the scenes: frames_only (default), full_config, "
-        "no_materials, no_positions or caption",
-    )
+    add_samples(parser, "train")
+    add_regime(parser)
     parser.add_argument(
         "--recipe", default="", help="name of a shipped recipe, or a file of settings"
     )
