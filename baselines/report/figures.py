@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from mpmworlds.baselines.report.board import Board
+from mpmworlds.baselines.report.budgets import Spending, spendings
 from mpmworlds.baselines.report.look import Look, looks
 from mpmworlds.baselines.report.numbers import Entry
 from mpmworlds.baselines.report.series import (
@@ -96,6 +97,13 @@ def drawn(board: Board, found: Sequence[Entry]) -> Iterator[tuple[str, str, Draw
             "against full_config on the same samples, up is good in every panel."
         )
         yield "sensitivity", caption, partial(_families, points=changes, look=look)
+    spent = spendings(found)
+    if spent:
+        caption = (
+            "Score over budget: means over all samples ± standard error, a failure at "
+            "the worst value, by the minutes of one core that a sample may take."
+        )
+        yield "budget", caption, partial(_budgets, spent=spent, look=look)
 
 
 def render(draw: Draw) -> dict[str, bytes]:
@@ -284,6 +292,39 @@ def _families(
         axes.set_visible(False)
     row = max(0.3, 0.09 * len(seen))  # of a family, whose name takes two lines
     _legend(figure, width=10.5, height=2 * (0.6 + row * len(families)))
+
+
+def _budgets(
+    figure: "Figure", spent: Sequence[Spending], look: Mapping[str, Look]
+) -> None:
+    """A panel for each metric, minutes across, each twice as far as half of it."""
+    grid = figure.subplots(2, 4)
+    for axes, metric in zip(grid.flat, METRICS.values(), strict=False):
+        for line in (line for line in spent if line.metric == metric.name):
+            mine = look[line.labels[-1]]
+            axes.errorbar(
+                line.minutes,
+                [value.mean or 0.0 for value in line.values],
+                yerr=[value.sem or 0.0 for value in line.values],
+                fmt=f"{mine.mark}-",
+                color=mine.colour,
+                markersize=4,
+                elinewidth=1,
+                label=_spender(line) if axes is grid.flat[0] else None,
+            )
+        ticks = sorted({m for line in spent for m in line.minutes})
+        axes.set_xscale("log", base=2)
+        axes.set_xticks(ticks, [f"{minutes:g}" for minutes in ticks])
+        axes.set_xlabel("core-minutes a sample")
+        axes.set_title(heading(metric))
+    for axes in list(grid.flat)[len(METRICS) :]:
+        axes.set_visible(False)
+    _legend(figure, width=12.0, height=4.8)
+
+
+def _spender(line: Spending) -> str:
+    """Whose line it is, and of how many samples."""
+    return f"{line.predictor}, {line.regime} (n = {span([v.n for v in line.values])})"
 
 
 def _counted(points: Sequence[Point], family: str) -> str:

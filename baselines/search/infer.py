@@ -11,7 +11,12 @@ import numpy as np
 from mpmworlds.baselines.search.assembly import scene_data
 from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
 from mpmworlds.baselines.search.perception.colors import labels_of
-from mpmworlds.baselines.search.perception.flight import EARTH, LEAST, RIGID, Gravity
+from mpmworlds.baselines.search.perception.flight import (
+    EARTH,
+    LEAST,
+    RIGID,
+    Gravity,
+)
 from mpmworlds.baselines.search.perception.pixels import Pixels
 from mpmworlds.baselines.search.prior import Prior, prior
 from mpmworlds.baselines.search.repair import written
@@ -28,6 +33,8 @@ Data = dict[str, Any]
 
 RIVAL_NOZZLE: Final = 2.5  # misfit over the best one's of a nozzle that is tried, too
 RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, too [px]
+SEEN: Final = 5  # frames after which a body that starts at rest is known to
+LONG: Final = 12  # frames of a flight that leave nothing to be refined
 NEAR: Final = 9  # pixels from matter within which a still thing is touched
 
 
@@ -163,19 +170,23 @@ def _rivals(thing: Thing) -> Iterator[Thing]:
 
 
 def _known(sight: Sight, told: Told) -> Known:
-    contact, flights = 0, {}
+    contact, flights, started, longest = 0, {}, [], 0
     for number, thing in enumerate(sight.things):
         if thing.kind == "dynamic_body" and thing.poses is not None:
             contact = max(contact, thing.poses.rigid(RIGID))
             flight = thing.flight
             if flight is not None and flight.frames > LEAST:
                 flights[number] = sight.frame_time * (flight.frames - 1)
+                longest = max(longest, flight.frames)
+                if flight.frames >= (LONG if any(flight.velocity) else SEEN):
+                    started.append(number)
         if thing.kind == "emitter" and thing.track is not None:
             contact = max(contact, thing.track.first + 8)
     doubt = Doubt(
         told={k: thing.told for k, thing in enumerate(sight.things)},
         flights=flights,
-        gravity=_doubted(sight.gravities[0], told),
+        started=started,
+        gravity=_doubted(sight.gravities[0], told, longest),
         walls="walls" not in told.environment,
     )
     first = sight.gravities[0]
@@ -184,9 +195,10 @@ def _known(sight: Sight, told: Told) -> Known:
     )
 
 
-def _doubted(seen: Gravity, told: Told) -> Sequence[int]:
+def _doubted(seen: Gravity, told: Told, longest: int) -> Sequence[int]:
     """Axes along which gravity may be a little different."""
-    if "gravity" in told.environment or (seen.sure and seen.value == EARTH):
+    certain = seen.sure and (seen.value == EARTH or longest >= LONG)
+    if "gravity" in told.environment or certain:
         return ()
     signs = told.pulls or (1, 1)
     return [axis for axis in (1, 0) if signs[axis]]

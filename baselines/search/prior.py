@@ -25,7 +25,7 @@ Data = dict[str, Any]
 
 PLACE: Final = "mpmworlds.baselines.search"
 TABLE: Final = "prior.yaml"
-COMMON: Final = 0.02  # share of a gravity that is tried
+COMMON: Final = 0.02  # share of a gravity, or of a friction, that is tried
 DIGITS: Final = 4
 QUARTILES: Final = (0.25, 0.5, 0.75)
 FRICTIONLESS: Final = ("sticky",)  # laws to which friction is nothing
@@ -48,7 +48,8 @@ class Prior:
     gravities: Sequence[Data]
     """Gravities that many scenes share, with their shares."""
     walls: Sequence[Data]
-    """Contact law of walls, share, and quartiles of its friction where it has any."""
+    """Contact law of walls, share, and frictions that many scenes share, if it has
+    any: they come from few scenes, so that most have one of a handful."""
     contact: Data
     """Contact of most colliders."""
     way: Sequence[float]
@@ -150,7 +151,7 @@ def _materials(matter: Sequence[Data]) -> dict[str, Data]:
 
 
 def _walls(scenes: Sequence[Mapping[str, Any]]) -> list[Data]:
-    """For each law, its share and quartiles of its frictions, the lowest first."""
+    """For each law, its share and usual frictions, the lowest first."""
     frictions: dict[str, list[float]] = defaultdict(list)
     for scene in scenes:
         walls = scene["environment"]["walls"]
@@ -168,7 +169,8 @@ def _walls(scenes: Sequence[Mapping[str, Any]]) -> list[Data]:
 def _frictions(law: str, values: Sequence[float]) -> list[float]:
     if law in FRICTIONLESS:
         return [_round(np.median(values))]
-    return [_round(v) for v in np.quantile(values, [0.25, 0.75])]
+    counts = Counter(map(_round, values))
+    return sorted(v for v, count in counts.items() if count > COMMON * len(values))
 
 
 def _round(value: Any) -> float:

@@ -13,6 +13,7 @@ from mpmworlds.files.closeable import Closeable
 from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import FRAMERATE, reduce_clip
 from mpmworlds.sim.program.link import link
+from mpmworlds.sim.run.lifted import Lifted, lifted
 from mpmworlds.sim.run.warm import WarmStart
 from mpmworlds.sim.scene.fields import polygon_area
 from mpmworlds.sim.scene.scene import Scene
@@ -22,9 +23,11 @@ Data = dict[str, Any]
 
 TIMEOUT: Final = 240.0  # seconds of one run, which only a fault takes
 LOST: Final = Losses(2.0, {})  # loss of a scene that cannot be run
-# Estimated seconds of a run on one core: what a start takes, and moves of particles.
-START: Final = 0.9
-MOVES_PER_SECOND: Final = 14e6
+# Estimated seconds of a run on one core: what a start takes, what compiling takes where
+# nothing like it was run before, and moves of particles.
+START: Final = 1.3
+COMPILING: Final = 1.6
+MOVES_PER_SECOND: Final = 9e6
 
 
 class BudgetSpent(Exception):
@@ -62,6 +65,7 @@ class Lab(Closeable):
         self._runs, self._seconds, self._told = runs, seconds, told
         self._warm = WarmStart()
         self._cache: dict[str, Losses] = {}
+        self._compiled: set[tuple[str, int]] = set()
         self.runs = 0
         """Runs so far."""
         self.seconds = 0.0
@@ -107,15 +111,24 @@ class Lab(Closeable):
         drawn = count if rate <= FRAMERATE else (count - 1) * full // FRAMERATE + 1
         try:
             scene = unchecked(_sparse(data, drawn, full // rate, rate))
-            program = link(scene)
+            program = lifted(link(scene))
         except ValueError:
             return LOST
         self.runs += 1
-        self.seconds += _cost(scene)
-        outcome = self._warm.run(program, drawn, TIMEOUT, pictures=True)
+        self.seconds += self._cost(scene, program)
+        outcome = self._warm.run(program.text, drawn, TIMEOUT, pictures=True)
         if outcome.status != "ok":
             return LOST
         return self._reference.losses(reduce_clip(outcome.frames, rate))
+
+    def _cost(self, scene: Scene, program: Lifted) -> float:
+        """Estimated seconds of a run."""
+        steps = scene.simulation.duration_frames * scene.simulation.substeps_per_frame
+        count = _particles(scene)
+        known = (program.kernels, count) in self._compiled
+        self._compiled.add((program.kernels, count))
+        start = START if known else START + COMPILING
+        return start + count * steps / MOVES_PER_SECOND
 
     def close(self) -> None:
         """End the process that runs are forked from."""
@@ -134,8 +147,8 @@ def _sparse(data: Data, count: int, skipped: int, rate: int) -> Data:
     return data
 
 
-def _cost(scene: Scene) -> float:
-    """Estimated seconds of a run."""
+def _particles(scene: Scene) -> int:
+    """About how many particles there are on the way, those that are born half of it."""
     area = spacing(scene) ** 2
     particles = 0.0
     end = scene.simulation.duration_frames * scene.simulation.substeps_per_frame
@@ -146,4 +159,4 @@ def _cost(scene: Scene) -> float:
         elif thing.object_type == "emitter":
             lasting = max(min(time, thing.emission.stop) - thing.emission.start, 0.0)
             particles += 0.5 * thing.emission.rate * lasting
-    return START + math.ceil(particles) * end / MOVES_PER_SECOND
+    return math.ceil(particles)

@@ -26,6 +26,9 @@ class Losses:
     """Weighted mean, 0 to 1."""
     by_color: Mapping[str, float]
     """The same for each colour by itself, without the motion."""
+    residual: npt.NDArray[np.float32] | None = None
+    """Coarse differences, each colour's in parts of what is seen of it: small changes
+    of a scene change them evenly. None if the scene cannot be run."""
 
 
 class Reference:
@@ -42,9 +45,11 @@ class Reference:
         self._rgb = [np.array(rgb(c), np.uint8) for c in labels.colors]
         table = np.array([(0, 0, 0), *self._rgb], np.uint8)
         self._frames: Frames = table[labels.numbers]
+        self._codes = [int(c[0]) << 16 | int(c[1]) << 8 | int(c[2]) for c in self._rgb]
         self._soft = [
             self._coarse(labels.numbers == k + 1) for k in range(len(self._rgb))
         ]
+        self._norms = [max(float((a**2).sum()), 1e-6) ** 0.5 for a in self._soft]
 
     @property
     def frames(self) -> Frames:
@@ -61,17 +66,19 @@ class Reference:
     def losses(self, drawn: Frames) -> "Losses":
         """As `loss`, and for each colour without the motion."""
         count = min(len(drawn), len(self._frames))
-        by_color, overlaps, soft = {}, [], []
+        by_color, overlaps, soft, residual = {}, [], [], []
+        codes = _coded(drawn[:count])
         for k, name in enumerate(self._colors):
             seen = self._numbers[:count] == k + 1
-            shown = (drawn[:count] == self._rgb[k]).all(axis=3)
+            shown = codes == self._codes[k]
             both = (seen & shown).sum(axis=(1, 2))
             any_ = (seen | shown).sum(axis=(1, 2))
+            a, b = self._coarse(shown), self._soft[k][: -(-count // EVERY)]
+            residual.append((a - b).ravel() / self._norms[k])
             if not any_.any():
                 continue
             there = any_ > 0
             overlaps.append(1.0 - float((both[there] / any_[there]).mean()))
-            a, b = self._coarse(shown), self._soft[k][: -(-count // EVERY)]
             soft.append(float(np.abs(a - b).sum() / max((a + b).sum(), 1e-6)))
             by_color[name] = (
                 WEIGHTS["overlap"] * overlaps[-1] + WEIGHTS["soft"] * soft[-1]
@@ -82,7 +89,7 @@ class Reference:
             "motion": float(wmae(drawn[:count], self._frames[:count])),
         }
         whole = sum(WEIGHTS[name] * value for name, value in parts.items())
-        return Losses(whole, by_color)
+        return Losses(whole, by_color, np.concatenate(residual) if residual else None)
 
     @staticmethod
     def _coarse(masks: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
@@ -99,3 +106,9 @@ class Reference:
             for mask in masks[::EVERY]
         ]
         return np.stack(found)
+
+
+def _coded(frames: Frames) -> npt.NDArray[np.int32]:
+    """A number for each pixel's colour, (T, N, N)."""
+    r, g, b = np.moveaxis(frames.astype(np.int32), 3, 0)
+    return (r << 16) | (g << 8) | b

@@ -2,7 +2,7 @@
 
 import copy
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -54,6 +54,8 @@ class Doubt:
     """What is told of each object, by its number."""
     flights: Mapping[int, float]
     """By the numbers of bodies that were seen to fly, for how long [s]."""
+    started: Collection[int]
+    """Numbers of bodies that flew so long that how they start is certain."""
     gravity: Sequence[int]
     """Axes along which gravity is neither told nor the earth's."""
     walls: bool
@@ -81,8 +83,6 @@ def moves_of(data: Data, doubt: Doubt, by_color: Mapping[str, float]) -> Iterato
             yield Move(f"{number}.friction", 0.3, 0.4, _friction(number))
     for axis in doubt.gravity:
         yield Move(f"gravity[{axis}]", 0.15, 0.35, _pull(axis, doubt.flights))
-    if doubt.walls and data["environment"]["walls"]["contact"] != "sticky":
-        yield Move("walls.friction", 0.2, 0.5, _rub)
 
 
 def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
@@ -91,10 +91,12 @@ def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
         yield from _of_nozzle(number, thing, known)
     elif "initial_state" in thing:
         state = known.get("initial_state") or {}
-        if "velocity" not in state:
+        if "velocity" not in state and number not in doubt.started:
             yield from _of_flight(number, flown=number in doubt.flights)
-        if "angular_velocity" not in state:
-            yield from _of_spin(number, thing, flown=number in doubt.flights)
+        if "angular_velocity" not in state and number not in doubt.started:
+            flown = number in doubt.flights
+            if not flown or thing["initial_state"]["angular_velocity"]:
+                yield from _of_spin(number, thing, flown=flown)
     properties = thing.get("physics_properties")
     if properties and "density" not in (known.get("physics_properties") or {}):
         for place, key in enumerate(STRONGEST[properties["constitutive_model"]]):
@@ -134,11 +136,6 @@ def _pull(axis: int, flights: Mapping[int, float]) -> Callable[[Data, float], No
             data["objects"][number]["initial_state"]["velocity"] = velocity
 
     return change
-
-
-def _rub(data: Data, by: float) -> None:
-    walls = data["environment"]["walls"]
-    walls["friction"] = min(max(walls["friction"] + by, 0.0), MOST_FRICTION)
 
 
 def _friction(number: int) -> Callable[[Data, float], None]:

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.prior import Prior
+from mpmworlds.baselines.search.trials.descend import Point, descend
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
 from mpmworlds.baselines.search.trials.loss import Losses
 from mpmworlds.baselines.search.trials.moves import Doubt, moves_of
@@ -36,7 +37,7 @@ COARSE: Final = 0.3  # part of a first step that is fine enough before all is su
 FINE: Final = 0.08
 CLOSE: Final = 2  # readings of matter whose numbers are refined before one is chosen
 SHARE: Final = 0.3  # of the budget that is left, for each of them
-ROUNDS: Final = 2  # of refinement and doubt, after that
+ROUNDS: Final = 4  # of refinement and doubt, after that
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 
 
@@ -178,19 +179,39 @@ class Search:
 
     def _walls(self) -> None:
         """Each law of the walls, rough and smooth, with the best matter so far."""
-        if self._known.doubt.walls:
-            self._other_walls(self.best.data)
-
-    def _other_walls(self, data: Data) -> None:
-        now = data["environment"]["walls"]
+        if not self._known.doubt.walls:
+            return
+        start = self.best.data
         for walls in self._prior.walls:
-            for friction in walls["frictions"]:
-                law = {"contact": walls["contact"], "friction": friction}
-                if law.items() <= now.items():
-                    continue
-                changed = copy.deepcopy(data)
-                changed["environment"]["walls"] |= law
-                self._try(changed, f"walls {law['contact']} {friction}")
+            usual = walls["frictions"]
+            for friction in dict.fromkeys((usual[0], usual[len(usual) // 2])):
+                self._try_walls(start, walls["contact"], friction)
+
+    def _other_walls(self) -> None:
+        """Other laws of the walls, and a little more and less friction, while it helps.
+
+        Frictions are those that are usual: most scenes have one of a handful.
+        """
+        while self._known.doubt.walls:
+            before = self.best
+            now = before.data["environment"]["walls"]
+            for walls in self._prior.walls:
+                usual, law = walls["frictions"], walls["contact"]
+                place = min(
+                    range(len(usual)), key=lambda k: abs(usual[k] - now["friction"])
+                )
+                reach = 1 if law == now["contact"] else 0
+                for friction in usual[max(place - reach, 0) : place + reach + 1]:
+                    self._try_walls(before.data, law, friction)
+            if self.best is before:
+                return
+
+    def _try_walls(self, data: Data, law: str, friction: float) -> None:
+        walls = {"contact": law, "friction": friction}
+        if not walls.items() <= data["environment"]["walls"].items():
+            changed = copy.deepcopy(data)
+            changed["environment"]["walls"] |= walls
+            self._try(changed, f"walls {law} {friction}")
 
     def _each_by_itself(self) -> None:
         """Each thing of another class than the others, one by one and in pairs."""
@@ -239,12 +260,12 @@ class Search:
         for _ in range(ROUNDS):
             self._refine(self.best, FINE)
             before = self.best
-            if self._known.doubt.walls:
-                self._other_walls(before.data)
-            for number in self._sought(before.data):
+            self._other_walls()
+            best = self.best.data
+            for number in self._sought(best):
                 for name in self._rankings[number][:RIVALS]:
-                    if name != class_of(before.data["objects"][number]):
-                        changed = copy.deepcopy(before.data)
+                    if name != class_of(best["objects"][number]):
+                        changed = copy.deepcopy(best)
                         self._turn(changed, number, name, alike=True)
                         self._try(changed, f"{number} {name}, again")
             if self.best is before:
@@ -255,17 +276,27 @@ class Search:
 
     def _refine(self, trial: Trial, finest: float, kept: float = 0.0) -> None:
         """Numbers of one scene, until so much of the budget is left."""
-        by_color = self._lab.losses(trial.data).by_color
-        moves = list(moves_of(trial.data, self._known.doubt, by_color))
+        seen = self._lab.losses(trial.data)
+        moves = list(moves_of(trial.data, self._known.doubt, seen.by_color))
+        best = descend(
+            Point(trial.data, trial.loss, seen.residual),
+            moves,
+            self._point,
+            lambda: self._lab.left > kept,
+        )
         refine(
-            trial.data,
-            trial.loss,
+            best.data,
+            best.loss,
             moves,
             lambda data, what: self._try(data, what).loss,
             finest,
             lambda: self._lab.left > kept,
             self._lines,
         )
+
+    def _point(self, data: Data, what: str) -> Point:
+        trial = self._try(data, what)
+        return Point(data, trial.loss, self._lab.losses(data).residual)
 
     def candidates(self, count: int) -> list[Trial]:
         """The best scenes that differ in more than small numbers, best first."""
