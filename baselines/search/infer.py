@@ -33,7 +33,7 @@ Data = dict[str, Any]
 
 RIVAL_NOZZLE: Final = 2.5  # misfit over the best one's of a nozzle that is tried, too
 RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, too [px]
-SEEN: Final = 5  # frames after which a body that starts at rest is known to
+SEEN: Final = 2  # frames after which a body that starts at rest is known to
 LONG: Final = 12  # frames of a flight that leave nothing to be refined
 NEAR: Final = 9  # pixels from matter within which a still thing is touched
 
@@ -175,9 +175,10 @@ def _known(sight: Sight, told: Told) -> Known:
         if thing.kind == "dynamic_body" and thing.poses is not None:
             contact = max(contact, thing.poses.rigid(RIGID))
             flight = thing.flight
-            if flight is not None and flight.frames > LEAST:
-                flights[number] = sight.frame_time * (flight.frames - 1)
+            if flight is not None and flight.frames >= SEEN:
                 longest = max(longest, flight.frames)
+                if flight.frames > LEAST:
+                    flights[number] = sight.frame_time * (flight.frames - 1)
                 if flight.frames >= (LONG if any(flight.velocity) else SEEN):
                     started.append(number)
         if thing.kind == "emitter" and thing.track is not None:

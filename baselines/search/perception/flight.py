@@ -20,6 +20,7 @@ SURE: Final = 7  # frames of a flight that tell gravity
 SAME: Final = 0.7  # difference from the earth's that is none [m/s^2]
 WEAKEST: Final = -0.8  # of gravities; what falls slower lies on something [m/s^2]
 AT_REST: Final = 0.03  # speed that is none [m/s]
+STEP: Final = 1.0  # how much less one step between two frames tells of a speed
 SPINS: Final = 0.25  # rate of turn that is one [rad/s]
 EARTH: Final = (0.0, -9.8)  # [m/s^2]
 
@@ -51,12 +52,13 @@ def flight_of(
         free = poses.shift[:frames] - np.outer(time**2 / 2, g)
         v = (time @ free) / (time @ time)
         error = float(np.abs(free - np.outer(time, v)).max()) * side
-        if frames > LEAST and error > NEAR:
+        if frames > 2 and error > NEAR:
             break
         spin = float(time @ poses.turn[:frames] / (time @ time))
         last = Flight((float(v[0]), float(v[1])), spin, frames, error)
     v = np.array(last.velocity)
-    v[np.abs(v) < AT_REST] = 0.0
+    if last.frames > 1:
+        v[np.abs(v) < AT_REST * (1.0 + STEP / (last.frames - 1))] = 0.0
     spin = last.spin if abs(last.spin) > SPINS and last.frames > 2 else 0.0
     return Flight((float(v[0]), float(v[1])), spin, last.frames, last.error)
 

@@ -45,7 +45,11 @@ Tried = Callable[[Data, str], Point]
 
 
 def descend(
-    start: Point, moves: Sequence[Move], tried: Tried, going: Callable[[], bool]
+    start: Point,
+    moves: Sequence[Move],
+    tried: Tried,
+    going: Callable[[], bool],
+    looks: int,
 ) -> Point:
     """Change all numbers of a scene together while that lowers its loss.
 
@@ -59,6 +63,8 @@ def descend(
         Runs a scene.
     going
         Asked before each look at everything whether to go on.
+    looks
+        How many times at most everything is looked at.
 
     Returns
     -------
@@ -66,7 +72,9 @@ def descend(
         The best scene.
     """
     best, probes = start, [PROBE] * len(moves)
-    while moves and best.residual is not None and going():
+    for _ in range(looks if moves else 0):
+        if best.residual is None or not going():
+            break
         before = best.loss
         slopes = _slopes(best, moves, tried, probes)
         probes = _probes(best, slopes)

@@ -33,11 +33,10 @@ RIVALS: Final = 3  # classes that each thing is tried with by itself
 BELT_GAIN: Final = 0.004  # loss that a belt must save
 BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
-COARSE: Final = 0.3  # part of a first step that is fine enough before all is sure
-FINE: Final = 0.08
-CLOSE: Final = 2  # readings of matter whose numbers are refined before one is chosen
-SHARE: Final = 0.3  # of the budget that is left, for each of them
-ROUNDS: Final = 4  # of refinement and doubt, after that
+FINE: Final = 0.08  # part of a first step below which none is worth a run
+LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubted
+WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another one
+ROUNDS: Final = 6  # of refinement and doubt
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 
 
@@ -252,45 +251,57 @@ class Search:
 
     def _refine_all(self) -> None:
         """Numbers of the best scene, what was decided without them, and the rivals."""
-        # Classes of one kind trade against stiffness: each is judged with its own.
-        begun, all_ = self._lab.left, distinct(self.trials, classes_of)
-        near = [t for t in all_[:CLOSE] if t.loss < RUNNER_UP * self.best.loss]
-        for number, trial in enumerate(near, 1):
-            self._refine(trial, COARSE, begun * (1.0 - SHARE * number))
         for _ in range(ROUNDS):
-            self._refine(self.best, FINE)
             before = self.best
+            self._descend(before)
             self._other_walls()
-            best = self.best.data
-            for number in self._sought(best):
-                for name in self._rankings[number][:RIVALS]:
-                    if name != class_of(best["objects"][number]):
-                        changed = copy.deepcopy(best)
-                        self._turn(changed, number, name, alike=True)
-                        self._try(changed, f"{number} {name}, again")
-            if self.best is before:
+            self._classes_again()
+            self._runner_up()
+            if self.best.loss > (1.0 - WORTHWHILE) * before.loss:
                 break
+        self._refine(self.best)
         for rival in distinct(self.trials, reading_of)[1:]:
             if rival.loss < RUNNER_UP * self.best.loss:
-                self._refine(rival, COARSE)
+                self._descend(rival)
+                self._refine(rival)
 
-    def _refine(self, trial: Trial, finest: float, kept: float = 0.0) -> None:
-        """Numbers of one scene, until so much of the budget is left."""
+    def _classes_again(self) -> None:
+        """Other classes with the numbers and walls of the best scene."""
+        best = self.best.data
+        for number in self._sought(best):
+            for name in self._rankings[number][:RIVALS]:
+                if name != class_of(best["objects"][number]):
+                    changed = copy.deepcopy(best)
+                    self._turn(changed, number, name, alike=True)
+                    self._try(changed, f"{number} {name}, again")
+
+    def _runner_up(self) -> None:
+        """The best scene of other classes: it is judged with numbers of its own."""
+        for rival in distinct(self.trials, classes_of)[1:2]:
+            if rival.loss < RUNNER_UP * self.best.loss:
+                self._descend(rival)
+
+    def _descend(self, trial: Trial) -> None:
+        """All numbers of one scene together."""
         seen = self._lab.losses(trial.data)
-        moves = list(moves_of(trial.data, self._known.doubt, seen.by_color))
-        best = descend(
+        descend(
             Point(trial.data, trial.loss, seen.residual),
-            moves,
+            list(moves_of(trial.data, self._known.doubt, seen.by_color)),
             self._point,
-            lambda: self._lab.left > kept,
+            lambda: self._lab.left > 0.0,
+            LOOKS,
         )
+
+    def _refine(self, trial: Trial) -> None:
+        """Numbers of one scene, one after the other."""
+        by_color = self._lab.losses(trial.data).by_color
         refine(
-            best.data,
-            best.loss,
-            moves,
+            trial.data,
+            trial.loss,
+            list(moves_of(trial.data, self._known.doubt, by_color)),
             lambda data, what: self._try(data, what).loss,
-            finest,
-            lambda: self._lab.left > kept,
+            FINE,
+            lambda: self._lab.left > 0.0,
             self._lines,
         )
 
