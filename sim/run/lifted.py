@@ -78,12 +78,12 @@ class _Lifting(ast.NodeTransformer):
         self.found: list[str] = []
         """Expressions of the module that the field is filled with, in order."""
 
-    def visit_Constant(self, node: ast.Constant) -> ast.expr:  # noqa: N802
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
         if isinstance(node.value, float) and node.value not in FORMULAS:
             return self._lifted(ast.unparse(node))
         return node
 
-    def visit_Name(self, node: ast.Name) -> ast.expr:  # noqa: N802
+    def visit_Name(self, node: ast.Name) -> ast.expr:
         if node.id in SCALARS:
             return self._lifted(node.id)
         if node.id in VECTORS:
@@ -91,13 +91,13 @@ class _Lifting(ast.NodeTransformer):
             return ast.Call(ast.Name("vec2", ast.Load()), parts, [])
         return node
 
-    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:  # noqa: N802
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         node.left = self.visit(node.left)
         if not isinstance(node.op, ast.Pow):  # a power that is known costs less
             node.right = self.visit(node.right)
         return node
 
-    def visit_Call(self, node: ast.Call) -> ast.expr:  # noqa: N802
+    def visit_Call(self, node: ast.Call) -> ast.expr:
         if ast.unparse(node.func) != "ti.static":
             self.generic_visit(node)
             return node

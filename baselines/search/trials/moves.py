@@ -6,10 +6,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from mpmworlds.baselines.search.repair import scaled
+
 Data = dict[str, Any]
 
 MOST_FRICTION: Final = 1.0
 FAINTEST: Final = 0.2  # what the number of a thing promises that is drawn best
+SIDES: Final = {"size", "semi_axes"}  # of shapes that may be longer than wide
 STRENGTH: Final = 1.0  # what the strongest number of a material promises
 
 STRONGEST: Final = {  # what each class is told by most
@@ -62,7 +65,9 @@ class Doubt:
     """Whether the walls are not told."""
 
 
-def moves_of(data: Data, doubt: Doubt, by_color: Mapping[str, float]) -> Iterator[Move]:
+def moves_of(
+    data: Data, doubt: Doubt, by_color: Mapping[str, float], *, fine: bool = False
+) -> Iterator[Move]:
     """Moves of what is in doubt.
 
     Parameters
@@ -73,11 +78,17 @@ def moves_of(data: Data, doubt: Doubt, by_color: Mapping[str, float]) -> Iterato
         What may be changed.
     by_color
         Losses of colours, which say where there is something to be gained.
+    fine
+        Whether all else is so near that what shows least is worth a run: the sizes of
+        bodies, and how much they give way aside.
     """
     worst = max(by_color.values(), default=0.0) or 1.0
     for number, thing in enumerate(data["objects"]):
         loss = by_color.get(thing["visualization"]["color"], worst) / worst
-        for move in _of_thing(number, thing, doubt):
+        moves = [*_of_thing(number, thing, doubt)]
+        if fine and thing["object_type"] == "dynamic_body":
+            moves += _of_build(number, thing, doubt.told.get(number, {}))
+        for move in moves:
             yield replace(move, weight=move.weight * max(loss, FAINTEST))
         if "contact" in thing and "contact" not in doubt.told.get(number, {}):
             yield Move(f"{number}.friction", 0.3, 0.4, _friction(number))
@@ -105,6 +116,30 @@ def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
     if thing.get("kinematics", {}).get("type") == "conveyor":
         if "surface_speed" not in (known.get("kinematics") or {}):
             yield _scaling(number, ("kinematics", "surface_speed"), 0.3, 1.0)
+
+
+def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Move]:
+    """The size of a body, seen to a fifth of a pixel, and its Poisson's ratio."""
+    if not known.get("physics_properties", {}).get("density"):
+        if "poissons_ratio" in thing["physics_properties"]:
+            path = ("physics_properties", "poissons_ratio")
+            yield _scaling(number, path, 0.08, 0.3)
+    if set(known.get("shape") or {}) - {"type", "center", "angle_deg"}:
+        return
+
+    def larger(data: Data, by: float) -> None:
+        scaled(data["objects"][number]["shape"], math.exp(by))
+
+    yield Move(f"{number}.size", 0.01, 0.2, larger)
+    if sides := SIDES & thing["shape"].keys():
+        (key,) = sides
+
+        def wider(data: Data, by: float) -> None:
+            shape = data["objects"][number]["shape"]
+            width, height = shape[key]
+            shape[key] = [width * math.exp(by), height * math.exp(-by)]
+
+        yield Move(f"{number}.aspect", 0.01, 0.2, wider)
 
 
 def _at(data: Data, number: int, path: tuple[str, ...]) -> tuple[Any, str]:

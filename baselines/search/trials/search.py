@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.prior import Prior
-from mpmworlds.baselines.search.trials.descend import Point, descend
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
+from mpmworlds.baselines.search.trials.least_squares import Point, fit_together
 from mpmworlds.baselines.search.trials.loss import Losses
 from mpmworlds.baselines.search.trials.moves import Doubt, moves_of
 from mpmworlds.baselines.search.trials.readings import (
@@ -33,10 +33,12 @@ RIVALS: Final = 3  # classes that each thing is tried with by itself
 BELT_GAIN: Final = 0.004  # loss that a belt must save
 BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
+NEAR: Final = 0.08  # loss below which what shows least is sought, too
 FINE: Final = 0.08  # part of a first step below which none is worth a run
 LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubted
 WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another one
 ROUNDS: Final = 6  # of refinement and doubt
+HOPELESS: Final = 2.0  # loss over the best one's of a class that is not doubted again
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 
 
@@ -71,6 +73,7 @@ class Search:
         self._lab, self._prior, self._known = lab, prior, known
         self._rankings: dict[int, list[str]] = {}
         self._lines: dict[str, Line] = {}
+        self._out: set[tuple[int, str, tuple[str, ...]]] = set()
         self.trials: list[Trial] = []
         """All scenes that were run over the whole prefix."""
 
@@ -253,7 +256,7 @@ class Search:
         """Numbers of the best scene, what was decided without them, and the rivals."""
         for _ in range(ROUNDS):
             before = self.best
-            self._descend(before)
+            self._fit_together(before)
             self._other_walls()
             self._classes_again()
             self._runner_up()
@@ -262,31 +265,42 @@ class Search:
         self._refine(self.best)
         for rival in distinct(self.trials, reading_of)[1:]:
             if rival.loss < RUNNER_UP * self.best.loss:
-                self._descend(rival)
+                self._fit_together(rival)
                 self._refine(rival)
 
     def _classes_again(self) -> None:
         """Other classes with the numbers and walls of the best scene."""
-        best = self.best.data
+        best, least = self.best.data, self.best.loss
         for number in self._sought(best):
             for name in self._rankings[number][:RIVALS]:
-                if name != class_of(best["objects"][number]):
-                    changed = copy.deepcopy(best)
-                    self._turn(changed, number, name, alike=True)
-                    self._try(changed, f"{number} {name}, again")
+                choice = number, name, classes_of(best)
+                if name == class_of(best["objects"][number]) or choice in self._out:
+                    continue
+                changed = copy.deepcopy(best)
+                self._turn(changed, number, name, alike=True)
+                found = self._try(changed, f"{number} {name}, again")
+                if found.loss > HOPELESS * least:
+                    self._out.add(choice)
 
     def _runner_up(self) -> None:
         """The best scene of other classes: it is judged with numbers of its own."""
         for rival in distinct(self.trials, classes_of)[1:2]:
             if rival.loss < RUNNER_UP * self.best.loss:
-                self._descend(rival)
+                self._fit_together(rival)
 
-    def _descend(self, trial: Trial) -> None:
+    def _fit_together(self, trial: Trial) -> None:
         """All numbers of one scene together."""
         seen = self._lab.losses(trial.data)
-        descend(
+        fit_together(
             Point(trial.data, trial.loss, seen.residual),
-            list(moves_of(trial.data, self._known.doubt, seen.by_color)),
+            list(
+                moves_of(
+                    trial.data,
+                    self._known.doubt,
+                    seen.by_color,
+                    fine=trial.loss < NEAR,
+                )
+            ),
             self._point,
             lambda: self._lab.left > 0.0,
             LOOKS,

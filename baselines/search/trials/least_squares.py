@@ -44,7 +44,7 @@ Tried = Callable[[Data, str], Point]
 """Runs a scene, which is called so."""
 
 
-def descend(
+def fit_together(
     start: Point,
     moves: Sequence[Move],
     tried: Tried,
