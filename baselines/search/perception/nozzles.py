@@ -22,7 +22,9 @@ Data = dict[str, Any]
 
 MOST_FRAMES: Final = 9  # that a fit compares
 LONGEST: Final = 26  # frames that count at most
-DENSE: Final = 0.9  # of the densest jet: how dense most are
+DENSE: Final = 0.85  # of the densest jet: how dense most are
+SPREAD: Final = 0.18  # of its logarithm, among jets and hoses of the train split
+CROWDED: Final = 0.01  # misfit that a jet is worth which is so much denser, or less
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
@@ -109,7 +111,8 @@ def nozzles_of(
                 numbers: Any = numbers,
             ) -> float:
                 trial = numbers | dict(zip(names, map(float, x), strict=True))
-                return flows[kind].misfit(_nozzle(kind, trial), gravity)
+                misfit = flows[kind].misfit(_nozzle(kind, trial), gravity)
+                return misfit if kind == "rain" else misfit + _crowded(trial)
 
             error, x = evolve(
                 cost,
@@ -279,6 +282,20 @@ def _spread(side: Floats, numbers: Floats) -> tuple[float, float]:
             return float(middle), float(width)
     width = max(USUAL_WIDTH, 1.2 * float(np.ptp(side)))
     return float((side - width * part).mean()), width
+
+
+def _crowded(v: Mapping[str, float]) -> float:
+    """Misfit that makes up for how unusually dense a jet is."""
+    speed = max(abs(v["speed"]), 0.06)
+    return CROWDED * crowding(math.exp(v["rate"]), math.exp(v["width"]), speed) ** 2
+
+
+def crowding(rate: float, width: float, speed: float) -> float:
+    """How much denser than most a jet is, in standard deviations.
+
+    Rate [1/s], width [m] and speed [m/s] trade against each other in what is seen.
+    """
+    return math.log(rate * SPACING**2 / (DENSE * width * speed)) / SPREAD
 
 
 def _numbers_told(told: Mapping[str, Any]) -> dict[str, float]:

@@ -142,7 +142,7 @@ def _way(
 ) -> Vector:
     """How far each number is to go, in its first steps; none beyond its range."""
     noise = damping * float(residual @ residual) / FREEDOM / USUAL**2
-    free = slopes.any(axis=1)
+    free: npt.NDArray[np.bool_] = np.array(slopes.any(axis=1))
     while True:
         some = slopes[free]
         normal = some @ some.T + noise * np.eye(len(some))

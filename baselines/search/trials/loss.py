@@ -111,4 +111,5 @@ class Reference:
 def _coded(frames: Frames) -> npt.NDArray[np.int32]:
     """A number for each pixel's colour, (T, N, N)."""
     r, g, b = np.moveaxis(frames.astype(np.int32), 3, 0)
-    return (r << 16) | (g << 8) | b
+    codes: npt.NDArray[np.int32] = (r << 16) | (g << 8) | b
+    return codes

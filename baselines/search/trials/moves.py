@@ -214,6 +214,8 @@ def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[M
         def faster(data: Data, by: float) -> None:
             found = data["objects"][number]["emission"]
             found["velocity"] = [v * math.exp(by) for v in found["velocity"]]
+            if "rate" not in emission:  # it stays as dense
+                found["rate"] *= math.exp(by)
 
         yield Move(f"{number}.speed", 0.12, 0.9, faster)
     if "size" not in (known.get("shape") or {}):
@@ -221,5 +223,7 @@ def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[M
         def wider(data: Data, by: float) -> None:
             shape = data["objects"][number]["shape"]
             shape["size"] = [shape["size"][0] * math.exp(by), shape["size"][1]]
+            if "rate" not in emission:
+                data["objects"][number]["emission"]["rate"] *= math.exp(by)
 
         yield Move(f"{number}.width", 0.15, 0.7, wider)

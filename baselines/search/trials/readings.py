@@ -22,6 +22,8 @@ class Trial:
     """Plain data."""
     what: str
     """The change that made it."""
+    spent: float = 0.0
+    """Of the budget when it was run [s]."""
 
 
 def may_be(thing: Mapping[str, Any], name: str) -> bool:

@@ -98,7 +98,7 @@ class Search:
 
     def _try(self, data: Data, what: str) -> Trial:
         loss = self._lab.loss(data) + self._unusual(data)
-        self.trials.append(Trial(loss, data, what))
+        self.trials.append(Trial(loss, data, what, self._lab.seconds))
         return self.trials[-1]
 
     def _unusual(self, data: Data) -> float:
@@ -133,8 +133,10 @@ class Search:
             known = {n: losses[n].whole + self._unusual(scenes[n]) for n in losses}
             ranking = sorted(known, key=lambda n: known[n])
             if len(losses) < len(names):
-                first = [Trial(known[n], scenes[n], f"all {n}") for n in ranking]
-                self.trials.extend(first)
+                self.trials.extend(
+                    Trial(known[n], scenes[n], f"all {n}", self._lab.seconds)
+                    for n in ranking
+                )
         for number in sought:
             color = data["objects"][number]["visualization"]["color"]
             self._rankings[number] = sorted(
@@ -250,7 +252,9 @@ class Search:
                 belt["contact"] = {"type": "slip", "friction": 0.8, "skin_cells": 0.3}
                 loss = self._lab.loss(changed) + self._unusual(changed)
                 if loss < before.loss - BELT_GAIN:
-                    self.trials.append(Trial(loss, changed, f"{number} is a belt"))
+                    self.trials.append(
+                        Trial(loss, changed, f"{number} is a belt", self._lab.seconds)
+                    )
 
     def _refine_all(self) -> None:
         """Numbers of the best scene, what was decided without them, and the rivals."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Final
 
+from mpmworlds.baselines.search.perception.nozzles import crowding
 from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.readings import classes_of
 
@@ -11,6 +12,7 @@ Data = dict[str, Any]
 
 SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
 SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
+THIN: Final = 0.001  # loss that a jet is worth which is a deviation denser, or less
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
 
@@ -33,7 +35,17 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     shares = [w["share"] for w in prior.walls if w["contact"] == law]
     walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
     matter = sum(rare(name, prior) for name in names) / max(len(names), 1)
-    return matter + extra + walls + _astray(data, gravity)
+    jets = sum(map(_crowded, data["objects"]))
+    return matter + extra + walls + jets + _astray(data, gravity)
+
+
+def _crowded(thing: Data) -> float:
+    """Jets are about as dense as fits: rate and width trade against each other."""
+    emission = thing.get("emission", {})
+    if emission.get("type") not in ("jet", "hose"):
+        return 0.0
+    width, speed = thing["shape"]["size"][0], math.hypot(*emission["velocity"])
+    return THIN * crowding(emission["rate"], width, max(speed, 0.01)) ** 2
 
 
 def rare(name: str, prior: Prior) -> float:
