@@ -16,7 +16,7 @@ SIDES: Final = {"size", "semi_axes"}  # of shapes that may be longer than wide
 STRENGTH: Final = 1.0  # what the strongest number of a material promises
 
 STRONGEST: Final = {  # what each class is told by most
-    "liquid": ("viscosity",),
+    "liquid": ("viscosity", "bulk_modulus"),
     "elastic": ("youngs_modulus",),
     "elastic_fem": ("youngs_modulus",),
     "rigid": ("restitution", "friction"),
@@ -80,7 +80,7 @@ def moves_of(
         Losses of colours, which say where there is something to be gained.
     fine
         Whether all else is so near that what shows least is worth a run: the sizes of
-        bodies, and how much they give way aside.
+        bodies, their angles, and how much they give way aside.
     """
     worst = max(by_color.values(), default=0.0) or 1.0
     for number, thing in enumerate(data["objects"]):
@@ -119,7 +119,7 @@ def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
 
 
 def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Move]:
-    """The size of a body, seen to a fifth of a pixel, and its Poisson's ratio."""
+    """How a body is built: its size, which is seen to a fifth of a pixel, and angle."""
     if not known.get("physics_properties", {}).get("density"):
         if "poissons_ratio" in thing["physics_properties"]:
             path = ("physics_properties", "poissons_ratio")
@@ -131,6 +131,8 @@ def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Mo
         scaled(data["objects"][number]["shape"], math.exp(by))
 
     yield Move(f"{number}.size", 0.01, 0.2, larger)
+    if "angle_deg" in thing["shape"] and "angle_deg" not in (known.get("shape") or {}):
+        yield Move(f"{number}.angle", 0.3, 0.2, _turned(number))
     if sides := SIDES & thing["shape"].keys():
         (key,) = sides
 
@@ -140,6 +142,13 @@ def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Mo
             shape[key] = [width * math.exp(by), height * math.exp(-by)]
 
         yield Move(f"{number}.aspect", 0.01, 0.2, wider)
+
+
+def _turned(number: int) -> Callable[[Data, float], None]:
+    def change(data: Data, by: float) -> None:
+        data["objects"][number]["shape"]["angle_deg"] += by
+
+    return change
 
 
 def _at(data: Data, number: int, path: tuple[str, ...]) -> tuple[Any, str]:

@@ -34,6 +34,7 @@ BELT_GAIN: Final = 0.004  # loss that a belt must save
 BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
 NEAR: Final = 0.08  # loss below which what shows least is sought, too
+FEW: Final = 2  # things of matter of which it is sought in any case
 FINE: Final = 0.08  # part of a first step below which none is worth a run
 LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubted
 WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another one
@@ -73,6 +74,7 @@ class Search:
         self._lab, self._prior, self._known = lab, prior, known
         self._rankings: dict[int, list[str]] = {}
         self._lines: dict[str, Line] = {}
+        self._looks = 0  # at all numbers of a scene
         self._out: set[tuple[int, str, tuple[str, ...]]] = set()
         self.trials: list[Trial] = []
         """All scenes that were run over the whole prefix."""
@@ -295,6 +297,7 @@ class Search:
     def _fit_together(self, trial: Trial) -> None:
         """All numbers of one scene together."""
         seen = self._lab.losses(trial.data)
+        few = len(classes_of(trial.data)) <= FEW
         fit_together(
             Point(trial.data, trial.loss, seen.residual),
             list(
@@ -302,13 +305,14 @@ class Search:
                     trial.data,
                     self._known.doubt,
                     seen.by_color,
-                    fine=trial.loss < NEAR,
+                    fine=trial.loss < NEAR or (self._looks > 0 and few),
                 )
             ),
             self._point,
             lambda: self._lab.left > 0.0,
             LOOKS,
         )
+        self._looks += 1
 
     def _refine(self, trial: Trial) -> None:
         """Numbers of one scene, one after the other."""
