@@ -42,9 +42,9 @@ NEAR: Final = 9  # pixels from matter within which a still thing is touched
 class Budget:
     """What a search may take."""
 
-    runs: int = 40
+    runs: int = 200
     """Runs of the prefix."""
-    minutes: float = 3.0
+    minutes: float = 4.0
     """Estimated minutes of one core that these runs take."""
 
 

@@ -33,8 +33,8 @@ class ProgramSearch:
 
     def __init__(
         self,
-        runs: int = 40,
-        minutes: float = 3.0,
+        runs: int = Budget.runs,
+        minutes: float = Budget.minutes,
         candidates: int = 4,
         seed: int = 0,
     ) -> None:

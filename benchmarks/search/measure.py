@@ -14,6 +14,7 @@ from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import RESULTS, Result, read_results
 from mpmworlds.baselines.scoring import HOW
+from mpmworlds.baselines.search.infer import Budget
 from mpmworlds.loaders.regimes import DEFAULT, REGIMES
 
 COLUMNS: Final = ("mask_iou", "wmae", "color_tv", "collapse_excess", "anomaly")
@@ -23,8 +24,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what is measured."""
     parser.add_argument("--out", type=Path, required=True, help="folder of the results")
     parser.add_argument("--regime", default=DEFAULT, choices=sorted(REGIMES))
-    parser.add_argument("--runs", type=int, default=24)
-    parser.add_argument("--minutes", type=float, default=3.0)
+    parser.add_argument("--runs", type=int, default=Budget.runs)
+    parser.add_argument("--minutes", type=float, default=Budget.minutes)
     parser.add_argument("--candidates", type=int, default=1)
     parser.add_argument("--split", choices=SPLITS, help="only this one")
 

@@ -25,6 +25,7 @@ PROBE: Final = 0.5  # part of a first step that each number is moved by at first
 SHIFTED: Final = 0.4  # part of what is missed that moving a number is to change, later
 SMALLEST: Final = 0.02  # part of a first step that tells a slope from noise
 WORTHWHILE: Final = 0.03  # part of the loss that a step must save for another one
+LEAST: Final = 1e-6  # what is missed at least, so that all can be solved for
 UPDATES: Final = 2  # steps between two looks at everything
 
 
@@ -141,7 +142,8 @@ def _way(
     data: Data, moves: Sequence[Move], slopes: Vector, residual: Vector, damping: float
 ) -> Vector:
     """How far each number is to go, in its first steps; none beyond its range."""
-    noise = damping * float(residual @ residual) / FREEDOM / USUAL**2
+    missed = max(float(residual @ residual), LEAST)
+    noise = damping * missed / FREEDOM / USUAL**2
     free: npt.NDArray[np.bool_] = np.array(slopes.any(axis=1))
     while True:
         some = slopes[free]

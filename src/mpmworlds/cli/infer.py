@@ -24,13 +24,13 @@ def add_infer(verbs: Any) -> None:
         help="what is known of the scene: a scene file with gaps, or a caption",
     )
     parser.add_argument(
-        "--runs", type=int, default=40, help="scenes to try (default 40)"
+        "--runs", type=int, default=200, help="scenes to try (default 200)"
     )
     parser.add_argument(
         "--minutes",
         type=float,
-        default=3.0,
-        help="estimated minutes of one core that they take (default 3)",
+        default=4.0,
+        help="estimated minutes of one core that they take (default 4)",
     )
     parser.add_argument("--seed", type=int, default=0, help="which draws (default 0)")
 

@@ -68,21 +68,55 @@ def test_what_is_told_is_not_moved_and_the_worst_thing_comes_first():
         1: {"physics_properties": data["objects"][1]["physics_properties"]},
         3: {"contact": {}},
     }
-    doubt = Doubt(told, {}, (), walls=False)
+    doubt = Doubt(told, {}, (), (), walls=False)
     by_color = {thing["visualization"]["color"]: 0.1 for thing in data["objects"]}
     by_color[data["objects"][2]["visualization"]["color"]] = 0.4
     moves = list(moves_of(data, doubt, by_color))
     names = {move.what for move in moves}
     assert names == {
         *("0.physics_properties.youngs_modulus", "1.velocity[0]", "1.velocity[1]"),
-        *("2.emission.rate", "2.speed", "2.width", "2.physics_properties.viscosity"),
+        *("2.emission.rate", "2.speed", "2.width"),
+        *("2.physics_properties.viscosity", "2.physics_properties.bulk_modulus"),
     }
     assert max(moves, key=lambda move: move.weight).what.startswith("2.")
 
 
+def test_how_a_body_starts_is_not_moved_if_it_was_seen():
+    data = world("brick", "ball").to_data()
+    doubt = Doubt({}, {}, {0}, (), walls=True)
+    starts = {m.what for m in moves_of(data, doubt, {}) if "velocity" in m.what}
+    assert starts == {"1.velocity[0]", "1.velocity[1]"}
+
+
+def test_what_shows_least_is_moved_only_where_all_else_is_near():
+    data = world("brick", "ball", "jet", "still").to_data()
+    doubt = Doubt({1: {"shape": data["objects"][1]["shape"]}}, {}, (), (), walls=True)
+    coarse, fine = (
+        {m.what: m for m in moves_of(data, doubt, {}, fine=fine)}
+        for fine in (False, True)
+    )
+    assert fine.keys() - coarse.keys() == {
+        *("0.physics_properties.poissons_ratio", "0.size", "0.aspect", "0.angle"),
+        "1.physics_properties.poissons_ratio",
+    }
+    wider = fine["0.aspect"].of(data, 0.1)["objects"][0]["shape"]["size"]
+    before = data["objects"][0]["shape"]["size"]
+    assert wider[0] > before[0]
+    assert wider[0] * wider[1] == pytest.approx(before[0] * before[1])
+
+
+def test_a_jet_stays_as_dense_when_it_is_made_wider_or_faster():
+    data = world("jet").to_data()
+    moves = {m.what: m for m in moves_of(data, Doubt({}, {}, (), (), walls=True), {})}
+    before = data["objects"][0]["emission"]["rate"]
+    for name in ("0.speed", "0.width"):
+        changed = moves[name].of(data, 0.3)["objects"][0]["emission"]["rate"]
+        assert changed > 1.3 * before
+
+
 def test_another_gravity_leaves_flights_where_they_were_seen():
     data = world("brick").to_data()
-    doubt = Doubt({}, {0: 0.4}, (1,), walls=False)
+    doubt = Doubt({}, {0: 0.4}, (), (1,), walls=False)
     (pull,) = (m for m in moves_of(data, doubt, {}) if m.what == "gravity[1]")
     changed = pull.of(data, -1.0)
     assert changed["environment"]["gravity"] == [0.0, -10.8]
