@@ -11,12 +11,7 @@ import numpy as np
 from mpmworlds.baselines.search.assembly import scene_data
 from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
 from mpmworlds.baselines.search.perception.colors import labels_of
-from mpmworlds.baselines.search.perception.flight import (
-    EARTH,
-    LEAST,
-    RIGID,
-    Gravity,
-)
+from mpmworlds.baselines.search.perception.flight import EARTH, LEAST, RIGID, Gravity
 from mpmworlds.baselines.search.perception.pixels import Pixels
 from mpmworlds.baselines.search.prior import Prior, prior
 from mpmworlds.baselines.search.repair import written

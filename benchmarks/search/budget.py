@@ -10,15 +10,13 @@ from pathlib import Path
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from typing import Any, Final
 
-from benchmarks.search.measure import read_all, table
+from benchmarks.search.measure import evaluate_on, read_all, table
 from benchmarks.search.rows import SPLITS, chosen_ids, examples
 
-from mpmworlds.baselines.evaluate import evaluate_examples
 from mpmworlds.baselines.protocol import Answer, AnyPredictor, Task
-from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import Result
-from mpmworlds.baselines.scoring import HOW, task_of
+from mpmworlds.baselines.scoring import task_of
 from mpmworlds.baselines.search.infer import Budget, infer
 from mpmworlds.baselines.search.predictor import ProgramSearch, answer
 from mpmworlds.baselines.search.repair import written
@@ -69,16 +67,8 @@ def _evaluated(
     name: str,
 ) -> dict[str, Result]:
     """Results of a predictor on the samples, as `mpmworlds evaluate` writes them."""
-    provenance = Provenance.of(
-        options.release,
-        predictor,
-        options.config,
-        options.split,
-        options.regime,
-        options=told,
-    )
     folder = options.out / name / options.split
-    evaluate_examples(chosen, predictor, provenance, folder, how=HOW)
+    evaluate_on(options, options.split, chosen, predictor, told, folder)
     return read_all(folder.parent, [options.split])
 
 

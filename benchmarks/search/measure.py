@@ -10,11 +10,13 @@ from typing import Any, Final
 from benchmarks.search.rows import SPLITS, chosen_ids, examples
 
 from mpmworlds.baselines.evaluate import evaluate_examples
+from mpmworlds.baselines.protocol import AnyPredictor
 from mpmworlds.baselines.provenance import Provenance
 from mpmworlds.baselines.registry import predictor_named
 from mpmworlds.baselines.results import RESULTS, Result, read_results
 from mpmworlds.baselines.scoring import HOW
 from mpmworlds.baselines.search.infer import Budget
+from mpmworlds.loaders.load import Example
 from mpmworlds.loaders.regimes import DEFAULT, REGIMES
 
 COLUMNS: Final = ("mask_iou", "wmae", "color_tv", "collapse_excess", "anomaly")
@@ -49,8 +51,23 @@ def _evaluate(
     options: argparse.Namespace, name: str, made_with: Mapping[str, Any], split: str
 ) -> int:
     """Evaluate on the samples of a split; returns how many."""
-    predictor = predictor_named(name, made_with)
     ids = chosen_ids(options.release, split, options.config)
+    chosen = examples(options.release, split, options.config, ids, options.regime)
+    folder = options.out / name / split
+    predictor = predictor_named(name, made_with)
+    evaluate_on(options, split, chosen, predictor, made_with, folder)
+    return len(ids)
+
+
+def evaluate_on(
+    options: argparse.Namespace,
+    split: str,
+    chosen: Sequence[Example],
+    predictor: AnyPredictor,
+    made_with: Mapping[str, Any],
+    folder: Path,
+) -> None:
+    """Evaluate on some samples, as `mpmworlds evaluate` does."""
     provenance = Provenance.of(
         options.release,
         predictor,
@@ -59,14 +76,7 @@ def _evaluate(
         options.regime,
         options=made_with,
     )
-    evaluate_examples(
-        examples(options.release, split, options.config, ids, options.regime),
-        predictor,
-        provenance,
-        options.out / name / split,
-        how=HOW,
-    )
-    return len(ids)
+    evaluate_examples(chosen, predictor, provenance, folder, how=HOW)
 
 
 def read_all(folder: Path, splits: Sequence[str]) -> dict[str, Result]:

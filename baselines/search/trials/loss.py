@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from mpmworlds.baselines.search.perception.colors import Labels
 from mpmworlds.metrics import wmae
+from mpmworlds.metrics.clips import packed_colours
 from mpmworlds.metrics.reduction import Frames
 from mpmworlds.sim.scene.palette import rgb
 
@@ -42,12 +43,11 @@ class Reference:
 
     def __init__(self, labels: Labels) -> None:
         self._numbers, self._colors = labels.numbers, labels.colors
-        self._rgb = [np.array(rgb(c), np.uint8) for c in labels.colors]
-        table = np.array([(0, 0, 0), *self._rgb], np.uint8)
+        table = np.array([(0, 0, 0), *map(rgb, labels.colors)], np.uint8)
         self._frames: Frames = table[labels.numbers]
-        self._codes = [int(c[0]) << 16 | int(c[1]) << 8 | int(c[2]) for c in self._rgb]
+        self._codes = packed_colours(table)[1:]
         self._soft = [
-            self._coarse(labels.numbers == k + 1) for k in range(len(self._rgb))
+            self._coarse(labels.numbers == k + 1) for k in range(len(labels.colors))
         ]
         self._norms = [max(float((a**2).sum()), 1e-6) ** 0.5 for a in self._soft]
 
@@ -67,7 +67,7 @@ class Reference:
         """As `loss`, and for each colour without the motion."""
         count = min(len(drawn), len(self._frames))
         by_color, overlaps, soft, residual = {}, [], [], []
-        codes = _coded(drawn[:count])
+        codes = packed_colours(drawn[:count])
         for k, name in enumerate(self._colors):
             seen = self._numbers[:count] == k + 1
             shown = codes == self._codes[k]
@@ -106,10 +106,3 @@ class Reference:
             for mask in masks[::EVERY]
         ]
         return np.stack(found)
-
-
-def _coded(frames: Frames) -> npt.NDArray[np.int32]:
-    """A number for each pixel's colour, (T, N, N)."""
-    r, g, b = np.moveaxis(frames.astype(np.int32), 3, 0)
-    codes: npt.NDArray[np.int32] = (r << 16) | (g << 8) | b
-    return codes
