@@ -70,6 +70,7 @@ def main(
     states: bool,
     read: Reader | None = None,
     compiler: str = "taichi",
+    load: Callable[[str], ModuleType] | None = None,
 ) -> None:
     """Run the program at `path` and report how it ended.
 
@@ -90,12 +91,14 @@ def main(
         nothing is drawn but what never moves.
     compiler
         What the program gets as `taichi`, see `sim.run.compilers`.
+    load
+        How to load it, if not by itself.
     """
     status, message = "ok", ""
     try:
         _parse(path)
         _stand_in_for_taichi(compiler)
-        program = _load(path)
+        program = (load or _load)(path)
         if read:
             program.draw = _leave_black  # type: ignore[attr-defined]
         _send_frames(

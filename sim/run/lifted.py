@@ -7,8 +7,10 @@ this is for trials, never for what is published.
 """
 
 import ast
+import math
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeGuard
 
 TABLE: Final = "numbers"  # name of the field
 DECORATORS: Final = ("ti.kernel", "ti.func")
@@ -16,8 +18,11 @@ DECORATORS: Final = ("ti.kernel", "ti.func")
 FORMULAS: Final = frozenset(
     (0.0, 0.06, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 1e-9, 1e9)
 )
-SCALARS: Final = frozenset(("DT",))
+SCALARS: Final = frozenset(("DT", "MASS"))
 VECTORS: Final = frozenset(("GRAVITY",))  # of two components
+COUNT: Final = "N"  # of particles
+ROOM: Final = "ROOM"  # particles that fields have room for, one of a few numbers
+STRIDE: Final = 1.5  # between these
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,7 @@ class Lifted:
     """What is run."""
     kernels: str
     """The part that is compiled: one that was compiled before starts sooner, if there
-    are as many particles."""
+    are about as many particles."""
 
 
 def lifted(program_text: str) -> Lifted:
@@ -46,15 +51,18 @@ def lifted(program_text: str) -> Lifted:
         differ in numbers alone.
     """
     tree = ast.parse(program_text)
-    lifting = _Lifting()
+    compiled = [node for node in tree.body if _is_compiled(node)]
+    lifting = _Lifting({node.name for node in compiled})
+    for function in compiled:
+        function.body = [lifting.visit(statement) for statement in function.body]
     body: list[ast.stmt] = []
-    kernels: list[str] = []
+    roomy = _Roomy()
     for node in tree.body:
-        if isinstance(node, ast.FunctionDef) and any(
-            ast.unparse(one) in DECORATORS for one in node.decorator_list
-        ):
-            node.body = [lifting.visit(statement) for statement in node.body]
-            kernels.append(ast.unparse(node))
+        if node not in compiled and ".field(" in ast.unparse(node):
+            known = roomy.used
+            roomy.visit(node)
+            if roomy.used and not known:
+                body += ast.parse(_ROOM).body
         body.append(node)
     first = next(k for k, node in enumerate(body) if _starts_taichi(node))
     count = max(len(lifting.found), 1)
@@ -64,7 +72,35 @@ def lifted(program_text: str) -> Lifted:
     last = len(body) - isinstance(body[-1], ast.If)  # what writes a file goes last
     tree.body = [*body[: first + 1], *declared, *body[first + 1 : last], *filled]
     text = ast.unparse(ast.fix_missing_locations(tree)) + "\n"
-    return Lifted(text, "\n".join(kernels))
+    return Lifted(text, "\n".join(map(ast.unparse, compiled)))
+
+
+def room_for(count: int) -> int:
+    """Particles that fields of a program of so many have room for."""
+    return int(STRIDE ** math.ceil(math.log(max(count, 2)) / math.log(STRIDE))) + 1
+
+
+_ROOM: Final = (
+    f"{ROOM} = int({STRIDE} ** np.ceil(np.log(max({COUNT}, 2)) / np.log({STRIDE}))) + 1"
+)
+
+
+def _is_compiled(node: ast.stmt) -> TypeGuard[ast.FunctionDef]:
+    return isinstance(node, ast.FunctionDef) and any(
+        ast.unparse(one) in DECORATORS for one in node.decorator_list
+    )
+
+
+class _Roomy(ast.NodeTransformer):
+    """Lets fields have room for more particles than there are."""
+
+    used = False
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id != COUNT:
+            return node
+        self.used = True
+        return ast.Name(ROOM, ast.Load())
 
 
 def _starts_taichi(node: ast.stmt) -> bool:
@@ -72,20 +108,34 @@ def _starts_taichi(node: ast.stmt) -> bool:
 
 
 class _Lifting(ast.NodeTransformer):
-    """Replaces numbers in kernels, and keeps what they were as expressions."""
+    """Replaces numbers in kernels, and keeps what they were as expressions.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    own
+        Names of functions of the program, to which scenes give numbers.
+    """
+
+    def __init__(self, own: Collection[str]) -> None:
+        self._own = own
         self.found: list[str] = []
         """Expressions of the module that the field is filled with, in order."""
 
     def visit_Constant(self, node: ast.Constant) -> ast.expr:
         if isinstance(node.value, float) and node.value not in FORMULAS:
-            return self._lifted(ast.unparse(node))
+            return self._number(node)
         return node
+
+    def _number(self, node: ast.Constant) -> ast.expr:
+        """Each has a place of its own, though it be as large as another one."""
+        self.found.append(ast.unparse(node))
+        return self._at(len(self.found) - 1)
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         if node.id in SCALARS:
             return self._lifted(node.id)
+        if node.id == COUNT:
+            return ast.Call(ast.Name("int", ast.Load()), [self._lifted(COUNT)], [])
         if node.id in VECTORS:
             parts = [self._lifted(f"{node.id}[{k}]") for k in range(2)]
             return ast.Call(ast.Name("vec2", ast.Load()), parts, [])
@@ -98,7 +148,15 @@ class _Lifting(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        if ast.unparse(node.func) != "ti.static":
+        called = ast.unparse(node.func)
+        if called != "ti.static":
+            if called in self._own:
+                node.args = [
+                    self._number(a)
+                    if isinstance(a, ast.Constant) and isinstance(a.value, float)
+                    else a
+                    for a in node.args
+                ]
             self.generic_visit(node)
             return node
         texts = [ast.unparse(argument) for argument in node.args]
@@ -108,6 +166,11 @@ class _Lifting(ast.NodeTransformer):
         return values[0] if len(values) == 1 else ast.Tuple(values, ast.Load())
 
     def _lifted(self, text: str) -> ast.expr:
+        """The place of an expression, which is the same wherever it stands."""
         if text not in self.found:
             self.found.append(text)
-        return ast.parse(f"{TABLE}[{self.found.index(text)}]", mode="eval").body
+        return self._at(self.found.index(text))
+
+    @staticmethod
+    def _at(place: int) -> ast.expr:
+        return ast.parse(f"{TABLE}[{place}]", mode="eval").body

@@ -46,8 +46,11 @@ def main(number: int) -> None:
         pid = os.fork()
         if pid == 0:
             server.close()
-            if arguments.pop("become") == "program":
+            kind = arguments.pop("become")
+            if kind == "program":
                 _become_program(child, pipes[0], pipes[1], arguments)
+            if kind == "laboratory":
+                _become_laboratory(child, pipes[0], pipes[1], arguments)
             if not arguments.pop("pictures"):
                 arguments["read"] = readout.read_state
             _become_trial(child, pipes[0], arguments)
@@ -105,13 +108,7 @@ def _become_trial(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> No
     """Run one linked program for its states; never returns."""
     code = 1
     try:
-        os.setsid()
-        gc.disable()
-        _load("quick").quicken()
-        log = os.open(arguments.pop("log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-        os.dup2(log, 1)
-        os.dup2(log, 2)
-        os.chdir(os.path.dirname(arguments["path"]))
+        _settle(arguments.pop("log"), os.path.dirname(arguments["path"]))
         os.environ["TI_OFFLINE_CACHE_FILE_PATH"] = arguments.pop("kernels")
         os.environ |= {"TI_OFFLINE_CACHE": "1", "TI_NUM_COMPILE_THREADS": "0"}
         child.confine(arguments["memory"])
@@ -121,6 +118,31 @@ def _become_trial(child: ModuleType, pipe: int, arguments: dict[str, Any]) -> No
         code = 0
     finally:
         os._exit(code)
+
+
+def _become_laboratory(
+    child: ModuleType, pipe: int, requests: int, arguments: dict[str, Any]
+) -> None:
+    """Run linked programs one after the other, as they are asked for; never returns."""
+    code = 1
+    try:
+        _settle(arguments["log"], os.path.dirname(arguments["log"]))
+        child.confine(arguments["memory"])
+        _load("shelf").serve(child, requests, pipe, arguments["memory"])
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def _settle(log: str, folder: str) -> None:
+    """Lead a session, compile soon, print into a file, and work in a folder."""
+    os.setsid()
+    gc.disable()
+    _load("quick").quicken()
+    printed = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(printed, 1)
+    os.dup2(printed, 2)
+    os.chdir(folder)
 
 
 if __name__ == "__main__":

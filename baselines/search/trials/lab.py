@@ -13,8 +13,8 @@ from mpmworlds.files.closeable import Closeable
 from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import FRAMERATE, reduce_clip
 from mpmworlds.sim.program.link import link
-from mpmworlds.sim.run.lifted import Lifted, lifted
-from mpmworlds.sim.run.warm import WarmStart
+from mpmworlds.sim.run.laboratory import Laboratory
+from mpmworlds.sim.run.lifted import Lifted, lifted, room_for
 from mpmworlds.sim.scene.fields import polygon_area
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.sim.scene.steps import spacing
@@ -23,11 +23,12 @@ Data = dict[str, Any]
 
 TIMEOUT: Final = 240.0  # seconds of one run, which only a fault takes
 LOST: Final = Losses(2.0, {})  # loss of a scene that cannot be run
-# Estimated seconds of a run on one core: what a start takes, what compiling takes where
-# nothing like it was run before, and moves of particles.
-START: Final = 1.3
-COMPILING: Final = 1.6
-MOVES_PER_SECOND: Final = 9e6
+# Estimated seconds of a run on one core: what reading and comparing frames takes, what
+# compiling takes where nothing like it was run before, a step, and moves of particles.
+FRAMES: Final = 0.4
+COMPILING: Final = 2.2
+STEP: Final = 1.3e-4
+MOVES_PER_SECOND: Final = 6.3e6
 
 
 class BudgetSpent(Exception):
@@ -63,7 +64,7 @@ class Lab(Closeable):
         self._reference = Reference(labels)
         self._form, self._count = form, len(labels.numbers)
         self._runs, self._seconds, self._told = runs, seconds, told
-        self._warm = WarmStart()
+        self._laboratory = Laboratory()
         self._cache: dict[str, Losses] = {}
         self._compiled: set[tuple[str, int]] = set()
         self.runs = 0
@@ -116,7 +117,7 @@ class Lab(Closeable):
             return LOST
         self.runs += 1
         self.seconds += self._cost(scene, program)
-        outcome = self._warm.run(program.text, drawn, TIMEOUT, pictures=True)
+        outcome = self._laboratory.run(program.text, drawn, TIMEOUT)
         if outcome.status != "ok":
             return LOST
         return self._reference.losses(reduce_clip(outcome.frames, rate))
@@ -125,14 +126,15 @@ class Lab(Closeable):
         """Estimated seconds of a run."""
         steps = scene.simulation.duration_frames * scene.simulation.substeps_per_frame
         count = _particles(scene)
-        known = (program.kernels, count) in self._compiled
-        self._compiled.add((program.kernels, count))
-        start = START if known else START + COMPILING
-        return start + count * steps / MOVES_PER_SECOND
+        kind = program.kernels, room_for(count)
+        known = kind in self._compiled
+        self._compiled.add(kind)
+        start = FRAMES if known else FRAMES + COMPILING
+        return start + steps * (STEP + count / MOVES_PER_SECOND)
 
     def close(self) -> None:
-        """End the process that runs are forked from."""
-        self._warm.close()
+        """End the process that runs scenes."""
+        self._laboratory.close()
 
 
 def _sparse(data: Data, count: int, skipped: int, rate: int) -> Data:

@@ -214,6 +214,19 @@ def _of_spin(number: int, thing: Data, *, flown: bool) -> Iterator[Move]:
     yield Move(f"{number}.spin", step, weight, change)
 
 
+def _aimed(number: int) -> Callable[[Data, float], None]:
+    """A jet that is turned about its nozzle [rad]."""
+
+    def change(data: Data, by: float) -> None:
+        thing = data["objects"][number]
+        u, v = thing["emission"]["velocity"]
+        cos, sin = math.cos(by), math.sin(by)
+        thing["emission"]["velocity"] = [cos * u - sin * v, sin * u + cos * v]
+        thing["shape"]["angle_deg"] += math.degrees(by)
+
+    return change
+
+
 def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Move]:
     emission = known.get("emission") or {}
     if "rate" not in emission:
@@ -227,6 +240,8 @@ def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[M
                 found["rate"] *= math.exp(by)
 
         yield Move(f"{number}.speed", 0.12, 0.9, faster)
+        if thing["emission"]["type"] == "jet":
+            yield Move(f"{number}.direction", 0.05, 0.6, _aimed(number))
     if "size" not in (known.get("shape") or {}):
 
         def wider(data: Data, by: float) -> None:

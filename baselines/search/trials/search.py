@@ -2,8 +2,9 @@
 
 import copy
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from mpmworlds.baselines.search.matter import of_matter
@@ -11,7 +12,7 @@ from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
 from mpmworlds.baselines.search.trials.least_squares import Point, fit_together
 from mpmworlds.baselines.search.trials.loss import Losses
-from mpmworlds.baselines.search.trials.moves import Doubt, moves_of
+from mpmworlds.baselines.search.trials.moves import Doubt, Move, moves_of
 from mpmworlds.baselines.search.trials.readings import (
     Trial,
     class_of,
@@ -22,7 +23,7 @@ from mpmworlds.baselines.search.trials.readings import (
     shared,
 )
 from mpmworlds.baselines.search.trials.refine import Line, refine
-from mpmworlds.baselines.search.trials.unusual import rare, unusual
+from mpmworlds.baselines.search.trials.unusual import customary, rare, unusual
 from mpmworlds.sim.scene.objects import MATERIALS
 
 Data = dict[str, Any]
@@ -34,6 +35,8 @@ BELT_GAIN: Final = 0.004  # loss that a belt must save
 BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
 NEAR: Final = 0.08  # loss below which what shows least is sought, too
+MISSED: Final = 0.1  # loss from which on a usual gravity may be refined
+LATE: Final = 2  # looks at all numbers before that
 FEW: Final = 2  # things of matter of which it is sought in any case
 FINE: Final = 0.08  # part of a first step below which none is worth a run
 LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubted
@@ -76,6 +79,7 @@ class Search:
         self._lines: dict[str, Line] = {}
         self._looks = 0  # at all numbers of a scene
         self._out: set[tuple[int, str, tuple[str, ...]]] = set()
+        self._doubted: Counter[tuple[int, str]] = Counter()  # how often each was tried
         self.trials: list[Trial] = []
         """All scenes that were run over the whole prefix."""
 
@@ -278,10 +282,17 @@ class Search:
         """Other classes with the numbers and walls of the best scene."""
         best, least = self.best.data, self.best.loss
         for number in self._sought(best):
-            for name in self._rankings[number][:RIVALS]:
+            own = class_of(best["objects"][number])
+            rivals = [
+                name
+                for name in self._rankings[number]
+                if name != own and (number, name, classes_of(best)) not in self._out
+            ]
+            # None is left out for good: those that were tried less often go first.
+            rivals.sort(key=lambda name: self._doubted[number, name])
+            for name in rivals[:RIVALS]:
                 choice = number, name, classes_of(best)
-                if name == class_of(best["objects"][number]) or choice in self._out:
-                    continue
+                self._doubted[number, name] += 1
                 changed = copy.deepcopy(best)
                 self._turn(changed, number, name, alike=True)
                 found = self._try(changed, f"{number} {name}, again")
@@ -300,13 +311,10 @@ class Search:
         few = len(classes_of(trial.data)) <= FEW
         fit_together(
             Point(trial.data, trial.loss, seen.residual),
-            list(
-                moves_of(
-                    trial.data,
-                    self._known.doubt,
-                    seen.by_color,
-                    fine=trial.loss < NEAR or (self._looks > 0 and few),
-                )
+            self._moves(
+                trial.data,
+                seen.by_color,
+                fine=trial.loss < NEAR or (self._looks > 0 and few),
             ),
             self._point,
             lambda: self._lab.left > 0.0,
@@ -320,12 +328,22 @@ class Search:
         refine(
             trial.data,
             trial.loss,
-            list(moves_of(trial.data, self._known.doubt, by_color)),
+            self._moves(trial.data, by_color),
             lambda data, what: self._try(data, what).loss,
             FINE,
             lambda: self._lab.left > 0.0,
             self._lines,
         )
+
+    def _moves(
+        self, data: Data, by_color: Mapping[str, float], *, fine: bool = False
+    ) -> list[Move]:
+        """What may be changed; a usual gravity only if nothing else has helped."""
+        doubt = self._known.doubt
+        settled = self.best.loss < MISSED or self._looks < LATE
+        if settled and customary(data, self._prior):
+            doubt = replace(doubt, gravity=())
+        return list(moves_of(data, doubt, by_color, fine=fine))
 
     def _point(self, data: Data, what: str) -> Point:
         trial = self._try(data, what)

@@ -15,6 +15,7 @@ SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
 THIN: Final = 0.001  # loss that a jet is worth which is a deviation denser, or less
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
+RARE: Final = 0.01  # loss that a gravity is worth which is neither usual nor seen
 
 
 def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
@@ -36,7 +37,17 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
     matter = sum(rare(name, prior) for name in names) / max(len(names), 1)
     jets = sum(map(_crowded, data["objects"]))
-    return matter + extra + walls + jets + _astray(data, gravity)
+    pull = RARE * (gravity is None and not customary(data, prior))
+    return matter + extra + walls + jets + pull + _astray(data, gravity)
+
+
+def customary(data: Data, prior: Prior) -> bool:
+    """Whether the gravity of a scene is one that many scenes share.
+
+    Three of four have that of the earth exactly, and hardly one what is near to it.
+    """
+    gravity = list(data["environment"]["gravity"])
+    return any(list(usual["value"]) == gravity for usual in prior.gravities)
 
 
 def _crowded(thing: Data) -> float:
