@@ -86,7 +86,7 @@ def _is_compiled(node: ast.stmt) -> bool:
 def _emptying(fields: Sequence[Any]) -> Callable[[], None]:
     """A kernel that makes all numbers of some fields zero."""
 
-    @ti.kernel
+    @ti.kernel  # type: ignore[untyped-decorator]
     def empty() -> None:
         for field in ti.static(fields):
             for place in ti.grouped(field):

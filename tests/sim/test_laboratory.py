@@ -102,11 +102,11 @@ def test_the_second_program_of_a_kind_compiles_nothing(warm):
     first, other = (text_of(data) for data in (seed("s08"), changed(seed("s08"))))
     with Laboratory() as laboratory:
         seconds = []
-        for text in (first, other, first, other):
+        for text in 4 * (first, other):
             start = time.monotonic()
             laboratory.run(text, 1, 120.0)
             seconds.append(time.monotonic() - start)
-    assert min(seconds[2:]) < 0.5 * seconds[0]
+    assert min(seconds[2:]) < 0.7 * seconds[0]
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 100, 1000, 5000, 123456])
