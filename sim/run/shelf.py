@@ -86,8 +86,8 @@ def _is_compiled(node: ast.stmt) -> bool:
 def _emptying(fields: Sequence[Any]) -> Callable[[], None]:
     """A kernel that makes all numbers of some fields zero."""
 
-    @ti.kernel  # type: ignore[untyped-decorator]
-    def empty() -> None:
+    @ti.kernel
+    def empty():  # type: ignore[no-untyped-def]  # noqa: ANN202 - none, for Taichi
         for field in ti.static(fields):
             for place in ti.grouped(field):
                 if ti.static(isinstance(field, ti.ScalarField)):
