@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from mpmworlds.baselines.search.assembly import scene_data
 from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
@@ -30,6 +31,7 @@ RIVAL_NOZZLE: Final = 2.5  # misfit over the best one's of a nozzle that is trie
 RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, too [px]
 SEEN: Final = 2  # frames after which a body that starts at rest is known to
 LONG: Final = 12  # frames of a flight that leave nothing to be refined
+APART: Final = 2  # pixels between things that do not touch yet
 NEAR: Final = 9  # pixels from matter within which a still thing is touched
 
 
@@ -165,10 +167,10 @@ def _rivals(thing: Thing) -> Iterator[Thing]:
 
 
 def _known(sight: Sight, told: Told) -> Known:
-    contact, flights, started, longest = 0, {}, [], 0
+    contacts, flights, started, longest = {}, {}, [], 0
     for number, thing in enumerate(sight.things):
         if thing.kind == "dynamic_body" and thing.poses is not None:
-            contact = max(contact, thing.poses.rigid(RIGID))
+            contacts[number] = thing.poses.rigid(RIGID)
             flight = thing.flight
             if flight is not None and flight.frames >= SEEN:
                 longest = max(longest, flight.frames)
@@ -177,7 +179,7 @@ def _known(sight: Sight, told: Told) -> Known:
                 if flight.frames >= (LONG if any(flight.velocity) else SEEN):
                     started.append(number)
         if thing.kind == "emitter" and thing.track is not None:
-            contact = max(contact, thing.track.first + 8)
+            contacts[number] = thing.track.first + 8
     doubt = Doubt(
         told={k: thing.told for k, thing in enumerate(sight.things)},
         flights=flights,
@@ -186,9 +188,31 @@ def _known(sight: Sight, told: Told) -> Known:
         walls="walls" not in told.environment,
     )
     first = sight.gravities[0]
+    seen = first.value if first.sure else None
     return Known(
-        doubt, first.value if first.sure else None, contact, _touched(sight.things)
+        doubt, seen, contacts, _touched(sight.things), alone_until(sight.things)
     )
+
+
+def alone_until(things: Sequence[Thing]) -> dict[int, int]:
+    """Frames until two things of matter come near to each other, by their numbers."""
+    kernel = np.ones((2 * APART + 1, 2 * APART + 1), np.uint8)
+    matter = {
+        number: thing.track.masks
+        for number, thing in enumerate(things)
+        if thing.track is not None and thing.kind in ("dynamic_body", "emitter")
+    }
+    near = {
+        number: np.stack([cv2.dilate(m.astype(np.uint8), kernel) for m in masks]) > 0
+        for number, masks in matter.items()
+    }
+    found: dict[int, int] = {}
+    for number, masks in matter.items():
+        for other, around in near.items():
+            touch: npt.NDArray[np.bool_] = np.any(masks & around, axis=(1, 2))
+            if other != number and touch.any():
+                found[number] = min(found.get(number, len(touch)), int(touch.argmax()))
+    return found
 
 
 def _doubted(seen: Gravity, told: Told, longest: int) -> Sequence[int]:

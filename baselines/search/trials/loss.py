@@ -1,7 +1,7 @@
 """How far a prefix that a scene draws is from the one that is seen."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import cv2
@@ -30,6 +30,14 @@ class Losses:
     residual: npt.NDArray[np.float32] | None = None
     """Coarse differences, each colour's in parts of what is seen of it: small changes
     of a scene change them evenly. None if the scene cannot be run."""
+    by_frame: Mapping[str, npt.NDArray[np.float64]] = field(default_factory=dict)
+    """Overlap that each colour lacks, frame by frame; NaN where it is in neither."""
+
+    def until(self, color: str, frames: int, missing: float) -> float:
+        """Mean of what a colour lacks in the first frames, if it is in any of them."""
+        lacks = self.by_frame.get(color, np.zeros(0))[:frames]
+        known = lacks[~np.isnan(lacks)]
+        return float(known.mean()) if len(known) else missing
 
 
 class Reference:
@@ -66,7 +74,7 @@ class Reference:
     def losses(self, drawn: Frames) -> "Losses":
         """As `loss`, and for each colour without the motion."""
         count = min(len(drawn), len(self._frames))
-        by_color, overlaps, soft, residual = {}, [], [], []
+        by_color, by_frame, overlaps, soft, residual = {}, {}, [], [], []
         codes = packed_colours(drawn[:count])
         for k, name in enumerate(self._colors):
             seen = self._numbers[:count] == k + 1
@@ -78,7 +86,10 @@ class Reference:
             if not any_.any():
                 continue
             there = any_ > 0
-            overlaps.append(1.0 - float((both[there] / any_[there]).mean()))
+            lacks = np.full(count, np.nan)
+            lacks[there] = 1.0 - both[there] / any_[there]
+            by_frame[name] = lacks
+            overlaps.append(float(lacks[there].mean()))
             soft.append(float(np.abs(a - b).sum() / max((a + b).sum(), 1e-6)))
             by_color[name] = (
                 WEIGHTS["overlap"] * overlaps[-1] + WEIGHTS["soft"] * soft[-1]
@@ -89,7 +100,8 @@ class Reference:
             "motion": float(wmae(drawn[:count], self._frames[:count])),
         }
         whole = sum(WEIGHTS[name] * value for name, value in parts.items())
-        return Losses(whole, by_color, np.concatenate(residual) if residual else None)
+        missed = np.concatenate(residual) if residual else None
+        return Losses(whole, by_color, missed, by_frame)
 
     @staticmethod
     def _coarse(masks: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:

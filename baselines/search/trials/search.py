@@ -29,6 +29,7 @@ from mpmworlds.sim.scene.objects import MATERIALS
 Data = dict[str, Any]
 
 LEAST_LIKELY: Final = 1.0  # loss of a class that nothing is known of
+ENOUGH: Final = 5  # frames that tell a class where nothing else interferes
 FINALISTS: Final = 3  # classes of matter that see the whole prefix
 RIVALS: Final = 3  # classes that each thing is tried with by itself
 BELT_GAIN: Final = 0.004  # loss that a belt must save
@@ -54,10 +55,14 @@ class Known:
     """Numbers that may be wrong."""
     gravity: tuple[float, float] | None
     """Gravity, where flights tell it [m/s^2]."""
-    contact: int
-    """First frame by which everything has touched something."""
+    contacts: Mapping[int, int]
+    """First frames by which things of matter have touched something, by their numbers.
+    """
     touched: Sequence[int]
     """Numbers of still things that matter comes near to."""
+    alone: Mapping[int, int]
+    """Frames until things of matter touch each other, by their numbers; none of those
+    that do not."""
 
 
 class Search:
@@ -123,14 +128,45 @@ class Search:
         ]
 
     def _all_alike(self, data: Data) -> None:
-        """Every thing of one class: what each of them shows tells its own class."""
+        """Every thing of one class: what each of them shows tells its own class.
+
+        Things that touch others before they show anything are judged once more, beside
+        others that are of the classes they look best of.
+        """
         sought = self._sought(data)
         if not sought:
             self._try(data, "as told")
             return
+        contact = max(self._known.contacts.values(), default=0)
+        early = min(max(contact + 8, 16), self._lab.frames)
+        until = {k: self._known.alone.get(k, early) for k in sought}
+        touched = {k: self._known.contacts.get(k, 0) for k in sought}
+        rest = [k for k in sought if until[k] - touched[k] < ENOUGH]
+        ranking = self._rank(data, sought, early, until | dict.fromkeys(rest, early))
+        mixed = copy.deepcopy(data)
+        for number in sought:
+            self._turn(mixed, number, self._rankings[number][0])
+        if 0 < len(rest) < len(sought):
+            self._rank(mixed, rest, early, dict.fromkeys(rest, early))
+            for number in rest:
+                self._turn(mixed, number, self._rankings[number][0])
+        best = self._of_class(data, sought, ranking[0])
+        self._try(best, f"all {ranking[0]}")
+        if classes_of(mixed) != classes_of(best):
+            self._try(mixed, "each as it looks best")
+        for name in ranking[1:FINALISTS]:
+            self._try(self._of_class(data, sought, name), f"all {name}")
+
+    def _rank(
+        self, data: Data, turned: Sequence[int], early: int, until: Mapping[int, int]
+    ) -> list[str]:
+        """Rank classes of some things, which are all of one class at a time.
+
+        Each is judged by its frames `until` one, of the first frames `early`. It
+        returns classes by what they do for the whole scene, the best first.
+        """
         names = sorted(MATERIALS, key=lambda n: (-self._prior.materials[n]["share"], n))
-        scenes = {name: self._of_class(data, sought, name) for name in names}
-        early = min(max(self._known.contact + 8, 16), self._lab.frames)
+        scenes = {name: self._of_class(data, turned, name) for name in names}
         losses: dict[str, Losses] = {}
         try:
             for name in names:
@@ -143,22 +179,20 @@ class Search:
                     Trial(known[n], scenes[n], f"all {n}", self._lab.seconds)
                     for n in ranking
                 )
-        for number in sought:
-            color = data["objects"][number]["visualization"]["color"]
+        for number in turned:
+            color, end = (
+                data["objects"][number]["visualization"]["color"],
+                until[number],
+            )
+            lacks = {
+                n: losses[n].until(color, end, LEAST_LIKELY) + rare(n, self._prior)
+                for n in ranking
+            }
             self._rankings[number] = sorted(
                 (n for n in ranking if may_be(data["objects"][number], n)),
-                key=lambda n: (
-                    losses[n].by_color.get(color, LEAST_LIKELY) + rare(n, self._prior)
-                ),
+                key=lacks.__getitem__,
             )
-        mixed = copy.deepcopy(data)
-        for number in sought:
-            self._turn(mixed, number, self._rankings[number][0])
-        self._try(scenes[ranking[0]], f"all {ranking[0]}")
-        if classes_of(mixed) != classes_of(scenes[ranking[0]]):
-            self._try(mixed, "each as it looks best")
-        for name in ranking[1:FINALISTS]:
-            self._try(scenes[name], f"all {name}")
+        return ranking
 
     def _of_class(self, data: Data, numbers: Sequence[int], name: str) -> Data:
         changed = copy.deepcopy(data)

@@ -34,7 +34,7 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     extra = SECOND_CLASS * max(len(set(names)) - 1, 0)
     law = data["environment"]["walls"]["contact"]
     shares = [w["share"] for w in prior.walls if w["contact"] == law]
-    walls = -SURPRISE * math.log(shares[0]) if shares else 0.0
+    walls = rarity(shares[0]) if shares else 0.0
     matter = sum(rare(name, prior) for name in names) / max(len(names), 1)
     jets = sum(map(_crowded, data["objects"]))
     pull = RARE * (gravity is None and not customary(data, prior))
@@ -61,7 +61,12 @@ def _crowded(thing: Data) -> float:
 
 def rare(name: str, prior: Prior) -> float:
     """Loss that makes up for the rarity of a class."""
-    return -SURPRISE * math.log(prior.materials[name]["share"])
+    return rarity(prior.materials[name]["share"])
+
+
+def rarity(share: float) -> float:
+    """Loss that makes up for how few have something, of all."""
+    return -SURPRISE * math.log(share)
 
 
 def _astray(data: Data, gravity: Sequence[float] | None) -> float:

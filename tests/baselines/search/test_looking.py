@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from mpmworlds.baselines.search.guess import look
+from mpmworlds.baselines.search.infer import alone_until
 from mpmworlds.baselines.search.perception.colors import MOST_COLORS, labels_of
 from mpmworlds.baselines.search.perception.laws import amplitude_of
 from mpmworlds.baselines.search.perception.pixels import Pixels, covered
@@ -177,3 +178,17 @@ def test_liquid_that_spins_in_flight_tells_gravity():
     sight = look(labels_of(frames), PIXELS, FRAME, Told(), seed=0)
     assert sight.gravities[0].sure
     assert sight.gravities[0].value == pytest.approx((-1.6, -6.6), abs=0.2)
+
+
+def test_frames_until_bodies_touch_are_counted():
+    data = world("brick", "ball", "still").to_data()
+    brick, ball, still = data["objects"]
+    brick["shape"] |= {"center": [0.4, 0.6], "angle_deg": 0.0}
+    brick["initial_state"] = {"velocity": [1.0, 0.0], "angular_velocity": 0.0}
+    ball["shape"]["center"] = [0.64, 0.6]  # 0.1 m to its left are 5 frames
+    still["shape"]["center"] = [0.4, 0.2]
+    things = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), 0).things
+    numbers = {thing.track.color: number for number, thing in enumerate(things)}
+    until = alone_until(things)
+    assert until.keys() == {numbers[COLORS[0]], numbers[COLORS[1]]}
+    assert set(until.values()) <= {4, 5}

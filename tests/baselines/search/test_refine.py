@@ -1,5 +1,7 @@
 """Numbers are found in few runs, and what promises most is tried first."""
 
+import math
+
 import pytest
 
 from mpmworlds.baselines.search.trials.lab import BudgetSpent
@@ -75,7 +77,7 @@ def test_what_is_told_is_not_moved_and_the_worst_thing_comes_first():
     names = {move.what for move in moves}
     assert names == {
         *("0.physics_properties.youngs_modulus", "1.velocity[0]", "1.velocity[1]"),
-        *("2.emission.rate", "2.speed", "2.width"),
+        *("2.emission.rate", "2.speed", "2.direction", "2.width"),
         *("2.physics_properties.viscosity", "2.physics_properties.bulk_modulus"),
     }
     assert max(moves, key=lambda move: move.weight).what.startswith("2.")
@@ -112,6 +114,21 @@ def test_a_jet_stays_as_dense_when_it_is_made_wider_or_faster():
     for name in ("0.speed", "0.width"):
         changed = moves[name].of(data, 0.3)["objects"][0]["emission"]["rate"]
         assert changed > 1.3 * before
+
+
+def test_a_jet_is_turned_about_its_nozzle():
+    data = world("jet").to_data()
+    moves = {m.what: m for m in moves_of(data, Doubt({}, {}, (), (), walls=True), {})}
+    (before,), (after,) = (
+        scene["objects"]
+        for scene in (data, moves["0.direction"].of(data, math.radians(90.0)))
+    )
+    u, v = before["emission"]["velocity"]
+    assert after["emission"]["velocity"] == pytest.approx([-v, u])
+    assert after["shape"]["angle_deg"] == pytest.approx(
+        before["shape"]["angle_deg"] + 90
+    )
+    assert after["shape"]["center"] == before["shape"]["center"]
 
 
 def test_another_gravity_leaves_flights_where_they_were_seen():

@@ -207,3 +207,16 @@ def test_the_table_of_the_train_split_has_every_class():
     )
     assert yaml.safe_dump(table.typical("snow"))
     assert FRAMES == 38
+
+
+def test_a_colour_is_judged_by_frames_until_others_interfere():
+    frames = prefix_of(world("brick", "ball"))
+    labels = labels_of(frames)
+    spoilt = frames.copy()
+    spoilt[20:] = 0
+    losses, whole = Reference(labels).losses(spoilt), Reference(labels).losses(frames)
+    for color in labels.colors:
+        assert losses.until(color, 20, 9.0) == 0.0
+        assert losses.until(color, FRAMES, 9.0) == pytest.approx(18 / FRAMES)
+        assert whole.until(color, FRAMES, 9.0) == 0.0
+    assert losses.until("#123456", FRAMES, 9.0) == 9.0
