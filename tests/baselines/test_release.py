@@ -115,6 +115,7 @@ def test_summary_says_what_was_evaluated(release, tmp_path):
     assert summary["samples"] == 3
     assert summary["continuation"]["mse"]["valid"]["families"] == 2
     assert list(summary["slices"]["material_family"]) == ["elastic/plastic", "sand"]
+    assert list(summary["slices"]["object_type"]) == ["dynamic_body"]
     assert "copy_last on tiny/test" in (tmp_path / "summary.txt").read_text()
 
 
