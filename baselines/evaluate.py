@@ -112,8 +112,8 @@ def evaluate(
     OSError
         If ``out_dir`` cannot be written to.
     ValueError
-        If the predictor, the regime, a sample or the split is unknown, or there is no
-        sample.
+        If the predictor, the regime, a sample or the split is unknown, there is no
+        sample, or a number is too small.
     SelfCheckError
         If this machine does not give the scores that it must.
     """
@@ -125,6 +125,7 @@ def evaluate(
         raise ValueError(
             f"selection {how.selection!r}: unknown, must be one of {list(SELECTIONS)}"
         )
+    _check_retries(retries)
     check_folder(Path(out_dir))
     release = Path(release_dir)
     predictor = predictor_named(predictor_name, options)
@@ -159,6 +160,14 @@ def evaluate(
 
         return _evaluate(
             names, score_all, provenance, Path(out_dir), progress, how, retries
+        )
+
+
+def _check_retries(retries: int) -> None:
+    if retries < 0:
+        raise ValueError(
+            f"retries = {retries} (--retry-failed), must be at least 0: how often to "
+            "go over samples again of which nothing could be said"
         )
 
 
@@ -216,6 +225,7 @@ def evaluate_examples(
     Path
         The summary.
     """
+    _check_retries(retries)
     check_folder(out_dir)
     names = _names(examples)
     number = {name: k for k, name in enumerate(names)}

@@ -139,6 +139,7 @@ def test_other_predictor_does_not_mix_into_the_folder(release, tmp_path):
         ({"predictor": "nobody"}, "'nobody': unknown"),
         ({"config": "huge"}, "has no configuration 'huge'"),
         ({"limit": 0}, "limit = 0, must be at least 1"),
+        ({"retries": -1}, r"retries = -1 \(--retry-failed\), must be at least 0"),
     ],
 )
 def test_impossible_request_is_an_error(release, tmp_path, arguments, message):

@@ -62,6 +62,21 @@ def test_undefined_numbers_are_dashes(provenance):
     ]
 
 
+@pytest.mark.parametrize(
+    ("expected", "troubles", "told"),
+    [
+        (5, {}, "INCOMPLETE: 2 samples are missing"),
+        (4, {"p0004": "no network"}, "INCOMPLETE: 1 sample is missing (p0004: no net"),
+    ],
+)
+def test_table_says_what_is_missing_and_why_if_it_is_known(
+    provenance, expected, troubles, told
+):
+    table = summary_table(summarise_results(provenance, RESULTS, expected, troubles))
+    assert table.splitlines()[2].startswith(told)
+    assert "()" not in table
+
+
 def test_summary_survives_json(provenance):
     summary = summarise_results(provenance, RESULTS)
     text = json.dumps(summary, allow_nan=False)
