@@ -170,7 +170,9 @@ def load(
         What is told of the scenes besides their prefixes, a key of
         `mpmworlds.loaders.regimes.REGIMES`: nothing, unless another one is named.
     ids
-        Only these samples, of whatever split, without reading any others.
+        Only these samples, of whatever split, without reading any others. Where several
+        corpora of a release have an id and no configuration is named, that of `full` is
+        meant, if it is there with videos.
     revision
         Version of a repository on the Hub.
     streaming
