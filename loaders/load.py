@@ -227,8 +227,7 @@ def _place_of(
             f"{text}: is no release, so config = {config!r} cannot be one "
             "of its; name the folder of a release, or the configuration alone"
         )
-    place = HUB_REPOSITORY if revision else resolve()
-    return place, text
+    return resolve(revision), text
 
 
 def neutral_name(sample_id: str) -> str:

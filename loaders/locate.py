@@ -23,17 +23,20 @@ def is_release(folder: Path) -> bool:
     return all((folder / part).exists() for part in parts)
 
 
-def resolve() -> str:
+def resolve(revision: str | None = None) -> str:
     """Return the folder or the Hub repository that ``mpmworlds`` stands for.
 
     First ``$MPMWORLDS_RELEASE``, then a release in ``./mpmworlds`` or
-    ``./release/mpmworlds``, then the repository on the Hub.
+    ``./release/mpmworlds``, then the repository on the Hub. A revision is one of the
+    Hub's, for a folder has none.
 
     Raises
     ------
     ReleaseNotFoundError
         If the variable is set to something else than a release.
     """
+    if revision:
+        return HUB_REPOSITORY
     named = os.environ.get(VARIABLE)
     if named:
         if not is_release(Path(named)):

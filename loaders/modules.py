@@ -48,8 +48,7 @@ def module_of(
     """
     bare = str(path) == NAME
     if bare:
-        # A revision is one of the Hub's: a local folder has none.
-        path = locate.HUB_REPOSITORY if kwargs.get("revision") else locate.resolve()
+        path = locate.resolve(kwargs.get("revision"))
     chosen_files = kwargs.get("data_files") or kwargs.get("data_dir")
     if locate.is_release(Path(path)) and not chosen_files:
         return module_of_folder(Path(path))

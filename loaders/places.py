@@ -93,6 +93,11 @@ def find_rows(
     for sample in ids:
         SampleId.parse(sample)
     check_place(place)
+    if revision and is_release(Path(place)):
+        raise ValueError(
+            f"{place}: is a folder, which has no revision {revision!r}; name a "
+            "repository on the Hub, or leave the revision out"
+        )
     files = _Files(place, revision)
     record = parse_record(files.read(RECORD), RECORD)
     name, index = _having(files, record, ids, config)

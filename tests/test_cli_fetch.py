@@ -96,3 +96,26 @@ def test_only_the_bytes_of_a_sample_are_sent(release, tmp_path):
         }
         size = (release / "data/tiny/train-00002-of-00003.arrow").stat().st_size
         assert hub.sent["data/tiny/train-00002-of-00003.arrow"] < size
+
+
+def test_a_revision_is_one_of_the_hub_though_a_release_is_here(
+    command, release, tmp_path, monkeypatch
+):
+    asked = []
+
+    def find(place, ids, config, revision):
+        asked.append((place, revision))
+        raise ValueError("stop")
+
+    monkeypatch.setenv("MPMWORLDS_RELEASE", str(release))
+    monkeypatch.setattr("mpmworlds.loaders.places.find_rows", find)
+    command("fetch", "p0000", "--revision", "1.2.3", "--out", tmp_path)
+    command("fetch", "p0000", "--out", tmp_path)
+    assert asked == [("mpmworlds/mpmworlds", "1.2.3"), (str(release), None)]
+
+
+def test_a_folder_has_no_revisions(command, release, tmp_path):
+    named = ["--release", release, "--revision", "1.2.3"]
+    status, _, err = command("fetch", "p0000", *named, "--out", tmp_path)
+    assert status == 2
+    assert f"{release}: is a folder, which has no revision '1.2.3'" in err

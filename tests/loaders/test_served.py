@@ -345,6 +345,8 @@ def test_single_samples_of_any_split_come_in_the_order_asked_for(release):
         load(release, ids=["p9999"], config="mini")
     with pytest.raises(ValueError, match="p9999 is not in any of mini, tiny"):
         load(release, ids=["p9999"])
+    with pytest.raises(ValueError, match="sample id 'nope': must be a parent 'p0123'"):
+        load(release, ids=["nope"])
     with pytest.raises(ValueError, match="must be some, each of them once"):
         load(release, ids=[])
 

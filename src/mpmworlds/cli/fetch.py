@@ -29,7 +29,10 @@ def add_fetch(verbs: Any) -> None:
         "--release",
         help="folder or repository (default: what load_dataset('mpmworlds') finds)",
     )
-    parser.add_argument("--revision", help="version of a repository")
+    parser.add_argument(
+        "--revision",
+        help="version of a repository: of the one on the Hub, if none is named",
+    )
     parser.add_argument(
         "--config",
         help="configuration (default: the first with videos that has all of them, "
@@ -51,7 +54,7 @@ def fetch(options: argparse.Namespace) -> int:
     from mpmworlds.loaders.places import find_rows
 
     check_folder(options.out)
-    place = options.release or resolve()
+    place = options.release or resolve(options.revision)
     found = find_rows(place, options.id, options.config, options.revision)
     for row in found.rows:
         folder = options.out / row["id"]
