@@ -84,6 +84,7 @@ def _corpora(
     if not params.path and not manifest:
         wanted[MAIN] = {}
     for config in configs:
+        params.refuse_unknown(config)
         profile, ids = params.subset(config)
         params.profile(profile)  # raises what is wrong with it
         wanted.setdefault(profile, {})[config] = ids
