@@ -6,6 +6,7 @@ from typing import Final
 
 from mpmworlds.builder.release.layout import CARD, RECORD
 from mpmworlds.files.checksums import CHECKSUMS
+from mpmworlds.files.targets import refuse_file
 
 NAME: Final = "mpmworlds"
 VARIABLE: Final = "MPMWORLDS_RELEASE"
@@ -52,7 +53,17 @@ def resolve(revision: str | None = None) -> str:
 
 
 def check_place(text: str) -> None:
-    """Raise `ReleaseNotFoundError` unless this is a release or may be a repository."""
+    """Raise unless this is a release or may be a repository.
+
+    Raises
+    ------
+    NotADirectoryError
+        If it is a file.
+    ReleaseNotFoundError
+        If it is a folder that holds no release, or neither a folder nor the name of a
+        repository.
+    """
+    refuse_file(text)
     folder = text.startswith((".", "/", "~")) or Path(text).is_dir()
     if folder and not is_release(Path(text)):
         raise ReleaseNotFoundError(

@@ -14,6 +14,8 @@ from typing import Any, Final, Literal
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from mpmworlds.files.targets import refuse_file
+
 RECORD: Final = "release.json"
 CARD: Final = "README.md"
 INDEX: Final = "index.arrow"
@@ -126,9 +128,12 @@ def read_record(root: Path) -> Record:
     ------
     FileNotFoundError
         If the folder has no such file.
+    NotADirectoryError
+        If it is no folder but a file.
     LayoutError
         If it is none, or of a later version of this package.
     """
+    refuse_file(root)
     path = root / RECORD
     if not path.is_file():
         raise FileNotFoundError(

@@ -9,6 +9,7 @@ from typing import Any
 
 DONE, DOES_NOT_HOLD, WRONG_USE = 0, 1, 2
 STORE = Path("work/store")
+SCENE_FILE = "a scene (.yaml)"  # in messages
 WHOSE = (
     "An id that several corpora have is that of the corpus full, where that is there "
     "(with videos, in a release); --config names another. Which one was taken is said."

@@ -5,7 +5,15 @@ import webbrowser
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DONE, WHOSE, add_workers, new_verb, say, say_where
+from mpmworlds.cli.common import (
+    DONE,
+    SCENE_FILE,
+    WHOSE,
+    add_workers,
+    new_verb,
+    say,
+    say_where,
+)
 from mpmworlds.files.text import read_text
 
 SCENES = (".yaml", ".yml")
@@ -96,7 +104,8 @@ def play(options: argparse.Namespace) -> int:
 
     path = Path(options.source)
     if path.suffix in SCENES:
-        scene = Scene.from_yaml(read_text(path), str(path))
+        text = read_text(path, f"{SCENE_FILE}, or the id of a sample")
+        scene = Scene.from_yaml(text, str(path))
         row, parent = row_of_scene(scene, path.stem), None
     else:
         row, parent = _sample(options)

@@ -14,7 +14,7 @@ from mpmworlds.cli.common import (
     say,
     say_where,
 )
-from mpmworlds.files.targets import check_folder
+from mpmworlds.files.targets import check_folder, refuse_file
 
 REGENERATED = Path("work/regenerated")
 
@@ -52,6 +52,7 @@ def verify(options: argparse.Namespace) -> int:
     """Look for anything wrong in a release."""
     from mpmworlds.builder.release.verify import verify_release
 
+    refuse_file(options.release)
     if not options.release.is_dir():
         raise ValueError(
             f"{options.release}: there is no such folder; build a release there with "
