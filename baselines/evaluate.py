@@ -193,7 +193,8 @@ def _chosen(examples: Examples, ids: Sequence[str] | None) -> Examples:
             + (f", like {len(missing) - 1} more" if missing[1:] else "")
         )
     rows = sorted({there[name] for name in ids})
-    return Examples(examples.table.select(rows), examples.regime.name)
+    chosen = examples.table.select(rows)
+    return Examples(chosen, examples.regime.name, examples.of)
 
 
 def evaluate_examples(

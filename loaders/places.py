@@ -44,16 +44,6 @@ class Found:
     """Id -> configurations of other corpora that have another sample of it."""
 
 
-def rows_of(
-    place: str,
-    ids: Sequence[str],
-    config: str | None = None,
-    revision: str | None = None,
-) -> datasets.Dataset:
-    """Read some rows of a release; see `find_rows`."""
-    return find_rows(place, ids, config, revision).rows
-
-
 def find_rows(
     place: str,
     ids: Sequence[str],
