@@ -1,6 +1,7 @@
 """Where the release is that the bare name ``mpmworlds`` stands for."""
 
 import os
+import time
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +12,9 @@ from mpmworlds.files.targets import refuse_file
 NAME: Final = "mpmworlds"
 VARIABLE: Final = "MPMWORLDS_RELEASE"
 HUB_REPOSITORY: Final = "mpmworlds/mpmworlds"
+TO_CONNECT: Final = 5.0  # seconds until the Hub counts as out of reach
+TO_ANSWER: Final = 10.0  # seconds until a Hub that is in reach counts as slow
+TO_ASK_AGAIN: Final = 1.0  # seconds; a name may be found the second time
 USUAL_PLACES: Final = (Path(NAME), Path("release") / NAME)
 
 
@@ -74,6 +78,31 @@ def check_place(text: str) -> None:
         raise ReleaseNotFoundError(
             f"{text}: there is no such folder, and a repository is OWNER/NAME"
         )
+
+
+def why_no_hub() -> str:
+    """Why the Hub cannot be reached, after a few seconds; empty if it answers.
+
+    `datasets` asks for half a minute before it says so. What answers slowly, or with an
+    error, answers.
+    """
+    import httpx2
+    from huggingface_hub import constants
+    from huggingface_hub.utils import get_session
+
+    reason = ""
+    limit = httpx2.Timeout(TO_ANSWER, connect=TO_CONNECT)
+    for pause in (0.0, TO_ASK_AGAIN):
+        time.sleep(pause)
+        try:
+            get_session().head(constants.ENDPOINT, timeout=limit)
+        except (httpx2.ConnectError, httpx2.ConnectTimeout, ConnectionError) as error:
+            reason = str(error).partition("\n")[0] or type(error).__name__
+        except httpx2.HTTPError:
+            return ""
+        else:
+            return ""
+    return reason
 
 
 def snapshot() -> Path | None:

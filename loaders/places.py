@@ -27,8 +27,13 @@ from mpmworlds.builder.release.layout import (
 )
 from mpmworlds.files.checksums import ChecksumError
 from mpmworlds.loaders.checked import check_batch
-from mpmworlds.loaders.locate import ReleaseNotFoundError, check_place, is_release
-from mpmworlds.loaders.missing import no_such_config
+from mpmworlds.loaders.locate import (
+    HUB_REPOSITORY,
+    ReleaseNotFoundError,
+    check_place,
+    is_release,
+)
+from mpmworlds.loaders.missing import no_release, no_such_config
 from mpmworlds.splits.ids import SampleId
 
 
@@ -167,12 +172,18 @@ class _Files:
             with self._opened(where) as stream:
                 stream.seek(offset)
                 return bytes(stream.read(-1 if size is None else size))
-        except httpx2.TransportError as error:
+        except (ConnectionError, httpx2.TransportError) as error:
+            reason = str(error).partition("\n")[0]
+            if self.place == HUB_REPOSITORY:
+                raise ReleaseNotFoundError(no_release(reason)) from None
             raise ConnectionError(
-                f"{self.place}: the Hub cannot be reached ({error}); try again, or "
+                f"{self.place}: the Hub cannot be reached ({reason}); try again, or "
                 "name the folder of a release"
             ) from None
         except FileNotFoundError as error:
+            if path == RECORD and self.place == HUB_REPOSITORY:
+                reason = f"it has no {self.place}, or that has no {RECORD}"
+                raise ReleaseNotFoundError(no_release(reason)) from error
             if path == RECORD:
                 raise ReleaseNotFoundError(
                     f"{self.place}: is no release ({path} is not there)"

@@ -173,6 +173,27 @@ def test_another_folders_build_is_not_served_from_an_empty_one(python, copy):
         assert "core-hours" in said
 
 
+def test_without_a_release_and_a_hub_how_to_build_one_is_said_in_seconds(python):
+    found = python(
+        """
+    import time
+    start = time.monotonic()
+    found = {
+        "datasets": failed(lambda: load_dataset("mpmworlds", "tiny")),
+        "ids": failed(lambda: mpmworlds.load("tiny", ids=["p0002"])),
+        "seconds": time.monotonic() - start,
+    }
+    """,
+        HF_HUB_OFFLINE="0",
+        HF_ENDPOINT="http://127.0.0.1:9",  # where nothing listens
+    )
+    assert found.pop("seconds") < 12
+    for said in found.values():
+        assert said.startswith("ReleaseNotFoundError: mpmworlds: there is no release")
+        assert "Connection refused" in said
+        assert "mpmworlds build --config tiny --out release/mpmworlds" in said
+
+
 def test_a_configuration_that_is_not_there_is_answered_with_how_to_make_it(
     python, copy
 ):
