@@ -87,8 +87,7 @@ def why_no_hub() -> str:
     error, answers.
     """
     import httpx2
-    from huggingface_hub import constants
-    from huggingface_hub.utils import get_session
+    from huggingface_hub import constants, get_session
 
     reason = ""
     limit = httpx2.Timeout(TO_ANSWER, connect=TO_CONNECT)
