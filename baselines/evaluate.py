@@ -112,8 +112,8 @@ def evaluate(
     OSError
         If ``out_dir`` cannot be written to.
     ValueError
-        If the predictor, the regime, a sample or the split is unknown, or there is no
-        sample.
+        If the predictor, the regime, a sample or the split is unknown, there is no
+        sample, or a number is too small.
     SelfCheckError
         If this machine does not give the scores that it must.
     """
@@ -125,6 +125,7 @@ def evaluate(
         raise ValueError(
             f"selection {how.selection!r}: unknown, must be one of {list(SELECTIONS)}"
         )
+    _check_retries(retries)
     check_folder(Path(out_dir))
     release = Path(release_dir)
     predictor = predictor_named(predictor_name, options)
@@ -162,6 +163,14 @@ def evaluate(
         )
 
 
+def _check_retries(retries: int) -> None:
+    if retries < 0:
+        raise ValueError(
+            f"retries = {retries} (--retry-failed), must be at least 0: how often to "
+            "go over samples again of which nothing could be said"
+        )
+
+
 def _check_regime(predictor: AnyPredictor, regime: str) -> None:
     """Raise if a predictor that needs to be told something is told something else."""
     suited = getattr(predictor, "regimes", (regime,))
@@ -184,7 +193,8 @@ def _chosen(examples: Examples, ids: Sequence[str] | None) -> Examples:
             + (f", like {len(missing) - 1} more" if missing[1:] else "")
         )
     rows = sorted({there[name] for name in ids})
-    return Examples(examples.table.select(rows), examples.regime.name)
+    chosen = examples.table.select(rows)
+    return Examples(chosen, examples.regime.name, examples.of)
 
 
 def evaluate_examples(
@@ -216,6 +226,7 @@ def evaluate_examples(
     Path
         The summary.
     """
+    _check_retries(retries)
     check_folder(out_dir)
     names = _names(examples)
     number = {name: k for k, name in enumerate(names)}

@@ -257,6 +257,6 @@ def _hold_to_each_other(
     for one, other in zip(fitted, applied or (), strict=False):
         if one.provenance.predictor_sha256 != other.provenance.predictor_sha256:
             raise ComparisonError(
-                f"{other.folder}: of another predictor or other options than "
+                f"{other.folder}: of another predictor, other options or source than "
                 f"{one.folder}; apply the gate to the systems that it is fitted to"
             )

@@ -1,6 +1,7 @@
 """What results have in common: who predicted what, told what, scored how."""
 
 import hashlib
+import inspect
 import json
 import sys
 from collections.abc import Mapping, Sequence
@@ -32,7 +33,8 @@ class Provenance:
     """What it was made with, and what else it says of its configuration: weights,
     prompts, sampling, seeds."""
     predictor_sha256: str
-    """Digest of the class and the options of the predictor."""
+    """Digest of the name of its class, of its options, and, for a class that is not of
+    this package, of the source file of its module where there is one."""
     config: str
     """Configuration of the release, e.g. ``tiny``."""
     split: str
@@ -89,7 +91,9 @@ class Provenance:
         return cls(
             predictor=predictor.name,
             options=told,
-            predictor_sha256=_digest([f"{kind.__module__}:{kind.__qualname__}", told]),
+            predictor_sha256=_digest(
+                [f"{kind.__module__}:{kind.__qualname__}", told, *_source(kind)]
+            ),
             config=config,
             split=split,
             regime=regime,
@@ -106,15 +110,34 @@ def _digest(record: Any) -> str:
     return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
 
+def _is_ours(kind: type) -> bool:
+    return kind.__module__.startswith("mpmworlds.")
+
+
+def _source(kind: type) -> list[str]:
+    """Digest of the file that a class is from; none for one of this package.
+
+    What our own classes do is told by the version of the package. A class that was
+    typed into an interpreter has no file.
+    """
+    if _is_ours(kind):
+        return []
+    try:
+        path = inspect.getsourcefile(kind)
+        return [hashlib.sha256(Path(path).read_bytes()).hexdigest()] if path else []
+    except (OSError, TypeError):
+        return []
+
+
 def _used_by(predictor: AnyPredictor) -> Sequence[str]:
     """Packages that a predictor says it uses, or, if it says nothing, has loaded.
 
     What else this process has loaded is no property of a predictor of this package.
     """
-    kind = type(predictor)
-    ours = kind.__module__.startswith("mpmworlds.")
     loaded = [name for name in IF_LOADED if name.replace("-", "_") in sys.modules]
-    return list(getattr(predictor, "packages", () if ours else loaded))
+    return list(
+        getattr(predictor, "packages", () if _is_ours(type(predictor)) else loaded)
+    )
 
 
 def _versions(used: Sequence[str]) -> dict[str, str]:

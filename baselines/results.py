@@ -81,6 +81,10 @@ class Result:
         )
 
 
+_HINTS: Final = {  # what a digest cannot tell
+    "predictor_sha256": " (another class, or its source file has changed)",
+    "release_sha256": " (another release, or it was built anew)",
+}
 _RESULT_KEYS = tuple(field.name for field in fields(Result))
 
 
@@ -136,8 +140,8 @@ def _hold_to(
         if row[key] != expected:
             raise ResultsError(
                 f"{path}: line {number} has {key} = {row[key]!r}, must be "
-                f"{expected!r}; results of different evaluations do not mix: choose "
-                "another folder"
+                f"{expected!r}{_HINTS.get(key, '')}; results of different evaluations "
+                "do not mix: choose another folder"
             )
 
 

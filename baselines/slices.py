@@ -21,12 +21,14 @@ def _material_families(result: Result) -> set[str]:
 SLICES: Final[Mapping[str, Callable[[Result], Iterable[str]]]] = MappingProxyType(
     {
         "material_family": _material_families,
+        "object_type": lambda result: set(result.object_types),
         "num_objects": lambda result: [str(result.num_objects)],
         "num_materials": lambda result: [str(len(result.materials))],
     }
 )
 """Slice -> the names of its parts that a sample is in. A sample with several materials
-is in the part of each of their families."""
+is in the part of each of their families, one with several types of objects in the part
+of each of them."""
 
 
 def parts(results: Iterable[Result]) -> dict[str, dict[str, list[Result]]]:

@@ -158,7 +158,9 @@ def summary_table(summary: dict[str, Any]) -> str:
     ]
     if missing := summary["expected"] - summary["samples"]:
         reasons = "; ".join(f"{k}: {v}" for k, v in summary["troubles"].items())
-        lines.append(f"INCOMPLETE: {missing} samples are missing ({reasons})")
+        told = f" ({reasons})" if reasons else ""
+        noun = "sample is" if missing == 1 else "samples are"
+        lines.append(f"INCOMPLETE: {missing} {noun} missing{told}")
     for part in ("continuation", "prefix"):
         if part in summary:
             lines += ["", *_table(part, summary[part])]

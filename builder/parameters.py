@@ -139,6 +139,17 @@ class Parameters:
             for config in (name, *self._subsets(name))
         ]
 
+    def refuse_unknown(self, config: str) -> None:
+        """Refuse the name of a configuration that cannot be built."""
+        name, there = config.removesuffix(CLIPS), self.configurations()
+        if name not in there:
+            told = f"{config!r}: {name!r}" if name != config else repr(config)
+            raise ValueError(
+                f"configuration {told} is not in params.yaml; it has "
+                f"{', '.join(there) or 'none'}, and each with {CLIPS} behind its name, "
+                "without full videos"
+            )
+
     def list_params(self, config: str) -> ListParams:
         """What the lists of a profile are; raises `ValueError` if it has none."""
         found = ListParams.from_params(self.data, config)
@@ -171,11 +182,8 @@ class Parameters:
         name = config.removesuffix(CLIPS)
         whole = self.whole_of(name)
         if whole is None:
-            if name not in self.data["profiles"] and name != config:
-                raise ValueError(
-                    f"configuration {config!r}: {name!r} is not in params.yaml; it has "
-                    f"{', '.join(self.configurations())}"
-                )
+            if name != config:
+                self.refuse_unknown(config)
             return name, None
         chosen = self.lists_of(whole, self.sample_ids(whole))
         if name == EVALUATED:

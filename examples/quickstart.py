@@ -20,7 +20,8 @@ def main() -> None:
     """Print a sample and the evaluation table, and write the sample's video."""
     sample = load_dataset("mpmworlds", "tiny", split="test")[0]
     for name, value in sample.items():
-        text = f"{len(value['bytes'])} bytes" if name == "video" else str(value)
+        is_video = name in ("video", "clip")
+        text = f"MP4, {len(value['bytes'])} bytes" if is_video else str(value)
         print(f"{name:>16}  {' '.join(text.split())[:96]}")
 
     example = mpmworlds.load("tiny", split="test")[0]

@@ -8,6 +8,7 @@ from typing import Any, Literal, overload
 
 import datasets
 
+from mpmworlds.builder.release.layout import read_record
 from mpmworlds.loaders.clips import CLIP, VIDEO, Clip, Stills, clip_of, sampled
 from mpmworlds.loaders.locate import (
     HUB_REPOSITORY,
@@ -16,8 +17,9 @@ from mpmworlds.loaders.locate import (
     is_release,
     resolve,
 )
-from mpmworlds.loaders.mapped import mapped
-from mpmworlds.loaders.places import rows_of
+from mpmworlds.loaders.mapped import chosen_config, mapped
+from mpmworlds.loaders.missing import ROWS
+from mpmworlds.loaders.places import find_rows
 from mpmworlds.loaders.regimes import DEFAULT, REGIMES, Regime, regime_named
 from mpmworlds.metrics.reduction import Frames, split_clip
 from mpmworlds.sim.scene.scene import Scene
@@ -67,11 +69,20 @@ class Examples(Sequence[Example]):
         Rows of a release with the columns of ``mpmworlds.builder.release.features``.
     regime
         Name of what is told of the scenes.
+    of
+        Configuration and split that they are from, such as ``tiny/test``, for readers.
     """
 
-    def __init__(self, table: datasets.Dataset, regime: str = DEFAULT) -> None:
+    def __init__(
+        self, table: datasets.Dataset, regime: str = DEFAULT, of: str = ""
+    ) -> None:
         self.table = table
         self.regime = regime_named(regime)
+        self.of = of
+
+    def __repr__(self) -> str:
+        number = f"{len(self)} sample{'s' * (len(self) != 1)}"
+        return f"<Examples: {number}{_told(self.of, self.regime)}>"
 
     def __len__(self) -> int:
         return len(self.table)
@@ -79,7 +90,7 @@ class Examples(Sequence[Example]):
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             chosen = self.table.select(range(len(self))[index])
-            return Examples(chosen, self.regime.name)
+            return Examples(chosen, self.regime.name, self.of)
         return example_of(self.table[index], self.regime)
 
     def __iter__(self) -> Iterator[Example]:
@@ -95,22 +106,34 @@ class ExampleStream:
         A stream of ``datasets``.
     regime
         What is told of the scenes.
+    of
+        Configuration and split that they are from, such as ``tiny/test``, for readers.
     """
 
-    def __init__(self, rows: datasets.IterableDataset, regime: Regime) -> None:
+    def __init__(
+        self, rows: datasets.IterableDataset, regime: Regime, of: str = ""
+    ) -> None:
         self.rows = rows
         self.regime = regime
+        self.of = of
+
+    def __repr__(self) -> str:
+        return f"<ExampleStream: samples{_told(self.of, self.regime)}>"
 
     def __iter__(self) -> Iterator[Example]:
         return (example_of(row, self.regime) for row in self.rows)
 
     def take(self, n: int) -> "ExampleStream":
         """The first n of them."""
-        return ExampleStream(self.rows.take(n), self.regime)
+        return ExampleStream(self.rows.take(n), self.regime, self.of)
 
     def skip(self, n: int) -> "ExampleStream":
         """Those after the first n."""
-        return ExampleStream(self.rows.skip(n), self.regime)
+        return ExampleStream(self.rows.skip(n), self.regime, self.of)
+
+
+def _told(of: str, regime: Regime) -> str:
+    return f"{' of ' * bool(of)}{of}, regime {regime.name}"
 
 
 @overload
@@ -170,7 +193,9 @@ def load(
         What is told of the scenes besides their prefixes, a key of
         `mpmworlds.loaders.regimes.REGIMES`: nothing, unless another one is named.
     ids
-        Only these samples, of whatever split, without reading any others.
+        Only these samples, of whatever split, without reading any others. Where several
+        corpora of a release have an id and no configuration is named, that of `full` is
+        meant, if it is there with videos.
     revision
         Version of a repository on the Hub.
     streaming
@@ -192,22 +217,37 @@ def load(
         If something is not as it was built.
     """
     place, name = _place_of(name_or_dir, config, revision)
-    chosen = regime_named(regime)
+    told = regime_named(regime)
     if place == HUB_REPOSITORY and not revision and ids is None:
         place = NAME  # says what can be done if there is no Hub
     if ids is not None:
-        return Examples(rows_of(place, ids, name, revision), regime)
+        chosen = find_rows(place, ids, name, revision)
+        return Examples(chosen.rows, regime, chosen.config)
+    local = is_release(Path(place)) and not revision
+    if name is None and split is not None:
+        _refuse_config(place, split, local)
     if streaming:
         rows = datasets.load_dataset(
             place, name, split=split, revision=revision, streaming=True
         )
-        return ExampleStream(rows, chosen)
+        return ExampleStream(rows, told, f"{rows.info.config_name}/{split or 'all'}")
     if split is None:
         raise ValueError("split = None, must be one; or name ids")
-    if is_release(Path(place)) and not revision:
-        return Examples(mapped(Path(place), name, split), regime)
+    if local:
+        name = chosen_config(read_record(Path(place)), name, Path(place))
+        return Examples(mapped(Path(place), name, split), regime, f"{name}/{split}")
     found = datasets.load_dataset(place, name, split=split, revision=revision)
-    return Examples(found, regime)
+    return Examples(found, regime, f"{found.info.config_name}/{split}")
+
+
+def _refuse_config(place: str, split: str, local: bool) -> None:
+    """Say what comes second, where the name of a configuration does."""
+    if split in (read_record(Path(place)).configs if local else ROWS):
+        raise ValueError(
+            f"split = {split!r}: is the name of a configuration; the second argument "
+            f"is the split, the third one the configuration, unlike load_dataset: "
+            f"load({place!r}, split='test', config={split!r})"
+        )
 
 
 def _place_of(
@@ -225,8 +265,7 @@ def _place_of(
             f"{text}: is no release, so config = {config!r} cannot be one "
             "of its; name the folder of a release, or the configuration alone"
         )
-    place = HUB_REPOSITORY if revision else resolve()
-    return place, text
+    return resolve(revision), text
 
 
 def neutral_name(sample_id: str) -> str:

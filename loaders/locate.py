@@ -1,15 +1,20 @@
 """Where the release is that the bare name ``mpmworlds`` stands for."""
 
 import os
+import time
 from pathlib import Path
 from typing import Final
 
 from mpmworlds.builder.release.layout import CARD, RECORD
 from mpmworlds.files.checksums import CHECKSUMS
+from mpmworlds.files.targets import refuse_file
 
 NAME: Final = "mpmworlds"
 VARIABLE: Final = "MPMWORLDS_RELEASE"
 HUB_REPOSITORY: Final = "mpmworlds/mpmworlds"
+TO_CONNECT: Final = 5.0  # seconds until the Hub counts as out of reach
+TO_ANSWER: Final = 10.0  # seconds until a Hub that is in reach counts as slow
+TO_ASK_AGAIN: Final = 1.0  # seconds; a name may be found the second time
 USUAL_PLACES: Final = (Path(NAME), Path("release") / NAME)
 
 
@@ -23,17 +28,20 @@ def is_release(folder: Path) -> bool:
     return all((folder / part).exists() for part in parts)
 
 
-def resolve() -> str:
+def resolve(revision: str | None = None) -> str:
     """Return the folder or the Hub repository that ``mpmworlds`` stands for.
 
     First ``$MPMWORLDS_RELEASE``, then a release in ``./mpmworlds`` or
-    ``./release/mpmworlds``, then the repository on the Hub.
+    ``./release/mpmworlds``, then the repository on the Hub. A revision is one of the
+    Hub's, for a folder has none.
 
     Raises
     ------
     ReleaseNotFoundError
         If the variable is set to something else than a release.
     """
+    if revision:
+        return HUB_REPOSITORY
     named = os.environ.get(VARIABLE)
     if named:
         if not is_release(Path(named)):
@@ -49,7 +57,17 @@ def resolve() -> str:
 
 
 def check_place(text: str) -> None:
-    """Raise `ReleaseNotFoundError` unless this is a release or may be a repository."""
+    """Raise unless this is a release or may be a repository.
+
+    Raises
+    ------
+    NotADirectoryError
+        If it is a file.
+    ReleaseNotFoundError
+        If it is a folder that holds no release, or neither a folder nor the name of a
+        repository.
+    """
+    refuse_file(text)
     folder = text.startswith((".", "/", "~")) or Path(text).is_dir()
     if folder and not is_release(Path(text)):
         raise ReleaseNotFoundError(
@@ -60,6 +78,30 @@ def check_place(text: str) -> None:
         raise ReleaseNotFoundError(
             f"{text}: there is no such folder, and a repository is OWNER/NAME"
         )
+
+
+def why_no_hub() -> str:
+    """Why the Hub cannot be reached, after a few seconds; empty if it answers.
+
+    `datasets` asks for half a minute before it says so. What answers slowly, or with an
+    error, answers.
+    """
+    import httpx2
+    from huggingface_hub import constants, get_session
+
+    reason = ""
+    limit = httpx2.Timeout(TO_ANSWER, connect=TO_CONNECT)
+    for pause in (0.0, TO_ASK_AGAIN):
+        time.sleep(pause)
+        try:
+            get_session().head(constants.ENDPOINT, timeout=limit)
+        except (httpx2.ConnectError, httpx2.ConnectTimeout, ConnectionError) as error:
+            reason = str(error).partition("\n")[0] or type(error).__name__
+        except httpx2.HTTPError:
+            return ""
+        else:
+            return ""
+    return reason
 
 
 def snapshot() -> Path | None:

@@ -48,11 +48,13 @@ def module_of(
     """
     bare = str(path) == NAME
     if bare:
-        # A revision is one of the Hub's: a local folder has none.
-        path = locate.HUB_REPOSITORY if kwargs.get("revision") else locate.resolve()
+        path = locate.resolve(kwargs.get("revision"))
     chosen_files = kwargs.get("data_files") or kwargs.get("data_dir")
     if locate.is_release(Path(path)) and not chosen_files:
         return module_of_folder(Path(path))
+    of_hub = bare and path == locate.HUB_REPOSITORY and not kwargs.get("revision")
+    if of_hub and (reason := locate.why_no_hub()):
+        return _had_before(reason)
     try:
         found = original(path, *args, **kwargs)
         if not bare or not found.module_path.endswith(_CACHE):
@@ -62,7 +64,14 @@ def module_of(
         if not bare or kwargs.get("revision"):
             raise
         reason = str(error).partition("\n")[0]
-    # What `datasets` has in its cache may be of any folder of that name.
+    return _had_before(reason)
+
+
+def _had_before(reason: str) -> DatasetModule:
+    """What was downloaded before; raises `ReleaseNotFoundError` if that is nothing.
+
+    What `datasets` has in its cache may be of any folder of that name.
+    """
     if snapshot := locate.snapshot():
         return module_of_folder(snapshot)
     raise locate.ReleaseNotFoundError(missing.no_release(reason))

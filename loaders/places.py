@@ -4,7 +4,9 @@ The index of a configuration says which bytes of which file hold a row; these ar
 held to their hash, and nothing else is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,6 @@ import pyarrow as pa
 from datasets.table import InMemoryTable
 
 from mpmworlds.builder.release.layout import (
-    CLIPS,
     PREVIEW,
     RECIPES,
     RECORD,
@@ -26,16 +27,34 @@ from mpmworlds.builder.release.layout import (
 )
 from mpmworlds.files.checksums import ChecksumError
 from mpmworlds.loaders.checked import check_batch
-from mpmworlds.loaders.locate import ReleaseNotFoundError, check_place, is_release
-from mpmworlds.loaders.missing import no_such_config
+from mpmworlds.loaders.locate import (
+    HUB_REPOSITORY,
+    ReleaseNotFoundError,
+    check_place,
+    is_release,
+)
+from mpmworlds.loaders.missing import no_release, no_such_config
+from mpmworlds.splits.ids import SampleId
 
 
-def rows_of(
+@dataclass(frozen=True)
+class Found:
+    """Rows of a release, and where they were found."""
+
+    rows: datasets.Dataset
+    """In memory, in the order in which they were asked for."""
+    config: str
+    """Configuration that they are of."""
+    namesakes: Callable[[str], list[str]]
+    """Id -> configurations of other corpora that have another sample of it."""
+
+
+def find_rows(
     place: str,
     ids: Sequence[str],
     config: str | None = None,
     revision: str | None = None,
-) -> datasets.Dataset:
+) -> Found:
     """Read some rows of a release.
 
     Parameters
@@ -45,20 +64,20 @@ def rows_of(
     ids
         Of the rows, in the order in which they are wanted.
     config
-        Configuration; without it, the first one that has all of them, with full videos
-        if there is one.
+        Configuration; without it, the first one with clips that has all of them, see
+        `Record.in_order`: of the corpus `full` if there is one, as for all ids.
     revision
         Version of a repository.
 
     Returns
     -------
-    Dataset
-        The rows, in memory.
+    Found
+        The rows and their configuration.
 
     Raises
     ------
     ValueError
-        If no configuration has them all.
+        If something is no id, or no configuration has them all.
     ReleaseNotFoundError
         If there is no release.
     ChecksumError
@@ -66,10 +85,17 @@ def rows_of(
     """
     if not ids or len(set(ids)) != len(ids):
         raise ValueError(f"ids = {list(ids)}, must be some, each of them once")
+    for sample in ids:
+        SampleId.parse(sample)
     check_place(place)
+    if revision and is_release(Path(place)):
+        raise ValueError(
+            f"{place}: is a folder, which has no revision {revision!r}; name a "
+            "repository on the Hub, or leave the revision out"
+        )
     files = _Files(place, revision)
     record = parse_record(files.read(RECORD), RECORD)
-    index = _having(files, record, ids, config)
+    name, index = _having(files, record, ids, config)
     places = index.places()
     found: dict[str, pa.Table] = {}
     ordered = sorted(ids, key=lambda sample: places[sample])
@@ -82,23 +108,27 @@ def rows_of(
             row = rows.slice(places[sample][1], 1)
             found[sample] = pa.Table.from_batches([row])
     table = pa.concat_tables([found[sample] for sample in ids])
-    return datasets.Dataset(InMemoryTable(table))
+    return Found(
+        datasets.Dataset(InMemoryTable(table)),
+        name,
+        partial(_namesakes, files, record, name),
+    )
 
 
 def _having(
     files: "_Files", record: Record, ids: Sequence[str], config: str | None
-) -> Index:
-    """Index of the configuration to read."""
+) -> tuple[str, Index]:
+    """The configuration to read, and its index."""
     if config is not None and config not in record.configs:
         raise ValueError(no_such_config(config, record.configs, files.place))
     tried = [config] if config else _in_order(record)
     lacking = ""
     for name in tried:
-        index = Index(files.read(index_path(name)), index_path(name))
+        index = _index(files, name)
         there = index.places()
         missing = [sample for sample in ids if sample not in there]
         if not missing:
-            return index
+            return name, index
         lacking = lacking or missing[0]
     where = f"configuration {config!r}" if config else f"any of {', '.join(tried)}"
     raise ValueError(
@@ -108,9 +138,17 @@ def _having(
 
 
 def _in_order(record: Record) -> list[str]:
-    """Configurations that have videos, those with more for each row first."""
-    names = [n for n in record.configs if n not in (RECIPES, PREVIEW)]
-    return sorted(names, key=lambda name: (name.endswith(CLIPS), name))
+    """Configurations that have clips."""
+    return [name for name in record.in_order() if name not in (RECIPES, PREVIEW)]
+
+
+def _index(files: "_Files", config: str) -> Index:
+    return Index(files.read(index_path(config)), index_path(config))
+
+
+def _namesakes(files: "_Files", record: Record, config: str, sample: str) -> list[str]:
+    others = record.of_other_corpora(config)
+    return [name for name in others if sample in _index(files, name).places()]
 
 
 class _Files:
@@ -134,12 +172,18 @@ class _Files:
             with self._opened(where) as stream:
                 stream.seek(offset)
                 return bytes(stream.read(-1 if size is None else size))
-        except httpx2.TransportError as error:
+        except (ConnectionError, httpx2.TransportError) as error:
+            reason = str(error).partition("\n")[0]
+            if self.place == HUB_REPOSITORY:
+                raise ReleaseNotFoundError(no_release(reason)) from None
             raise ConnectionError(
-                f"{self.place}: the Hub cannot be reached ({error}); try again, or "
+                f"{self.place}: the Hub cannot be reached ({reason}); try again, or "
                 "name the folder of a release"
             ) from None
         except FileNotFoundError as error:
+            if path == RECORD and self.place == HUB_REPOSITORY:
+                reason = f"it has no {self.place}, or that has no {RECORD}"
+                raise ReleaseNotFoundError(no_release(reason)) from error
             if path == RECORD:
                 raise ReleaseNotFoundError(
                     f"{self.place}: is no release ({path} is not there)"

@@ -129,6 +129,25 @@ def release(corpus, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def two_corpora(corpus, tmp_path_factory):
+    """Folder of a release of two corpora with the same ids; see below. Read-only.
+
+    `tiny` is all of one; of the other, `full`, there are clips of p0002 and recipes.
+    """
+    root = tmp_path_factory.mktemp("two")
+    program = program_of(len(IDS))
+    corpus.store.put(program, frames_of(program), framerate=2)
+    others = [row_of(name, split, program) for name, split in IDS.items()]
+    write_manifest(root / "full.parquet", others)
+    planned = [
+        Corpus(root / "full.parquet", {"mini-clips": ["p0002"]}),
+        Corpus(corpus.manifest, {"tiny": None}, name="tiny"),
+    ]
+    build_release(planned, corpus.store, root / "mpmworlds", version="1.2.3")
+    return root / "mpmworlds"
+
+
+@pytest.fixture(scope="session")
 def small(tmp_path_factory):
     """Store, manifest and release of two small simulated worlds. Read-only."""
     return build_small(tmp_path_factory)

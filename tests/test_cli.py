@@ -309,6 +309,57 @@ def test_colour_that_the_codec_changes_is_an_error_with_a_remedy(
     assert not (tmp_path / "video.mp4").exists()
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["link", "absent.yaml"], "is not there; name a scene (.yaml)"),
+        (
+            ["run", "absent.yaml"],
+            "is not there; name a scene (.yaml), or a program (.py)",
+        ),
+        (["run", "absent.py"], "is not there; name a program (.py)"),
+        (
+            ["play", "absent.yaml"],
+            "is not there; name a scene (.yaml), or the id of a sam",
+        ),
+        (
+            ["compare", "absent.yaml", "p0000"],
+            "is not there; name a scene (.yaml), or the",
+        ),
+        (["link", "."], "is a folder; name a scene (.yaml)"),
+    ],
+)
+def test_a_scene_that_is_not_there_is_told_in_plain_words(
+    command, tmp_path, monkeypatch, arguments, told
+):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = command(*arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert f"mpmworlds {arguments[0]}: {arguments[1]}: {told}" in err
+    assert "Errno" not in err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["verify", "a_file"],
+        ["evaluate", "--predictor", "black", "--release", "a_file"],
+        ["fetch", "p0000", "--release", "a_file"],
+        ["regenerate", "p0000", "--release", "a_file"],
+        ["gallery", "a_file", "--out", "site"],
+        ["publish", "a_file", "--repo-id", "acme/mpmworlds"],
+        ["train", "small", "--release", "a_file"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_file_is_no_folder_of_a_release(command, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a_file").touch()
+    status, out, err = command(*arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "a_file: is a file, must be the folder of a release; name that" in err
+
+
 def test_interrupted_command_says_how_to_go_on(tmp_path):
     program, started = tmp_path / "program.py", tmp_path / "started"
     program.write_text(

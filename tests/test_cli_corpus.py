@@ -43,7 +43,7 @@ def test_plan_writes_the_manifest_and_says_how_many(command, small, tmp_path):
     ]
 
 
-@pytest.mark.parametrize("verb", ["plan", "splits", "build"])
+@pytest.mark.parametrize("verb", ["plan", "splits"])
 def test_unknown_profile_lists_the_profiles(verb, command, params, tmp_path):
     profile = PARAMS["profiles"]["tiny"]
     path = params(profiles={"tiny": profile, "huge": profile})
@@ -55,6 +55,17 @@ def test_unknown_profile_lists_the_profiles(verb, command, params, tmp_path):
         "",
         f"mpmworlds {verb}: {message}\n",
     )
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["grand", "grand-clips"])
+def test_unknown_configuration_lists_all_that_can_be_built(command, tmp_path, name):
+    status, out, err = command("build", "--config", name, "--out", tmp_path / "out")
+    assert (status, out) == (2, "")
+    assert f"configuration '{name}'" in err
+    for other in ("full", "mini", "10k", "evaluation", "preview", "tiny"):
+        assert f"{other}, " in err
+    assert "each with -clips behind its name" in err
     assert not (tmp_path / "out").exists()
 
 

@@ -25,6 +25,17 @@ def test_the_table_has_a_line_for_each_check(command):
     assert all(any(what in line for line in out.splitlines()) for what in NEEDED)
 
 
+def test_no_library_speaks_amid_the_table(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "mpmworlds", "doctor", "--dir", tmp_path],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "videos of `python program.py`" in done.stdout
+    assert done.stderr == ""
+
+
 def test_gpus_are_those_that_the_driver_tells(command, tmp_path, monkeypatch):
     tool = tmp_path / "nvidia-smi"
     tool.write_text("#!/bin/sh\necho 'NVIDIA Some, 1024 MiB'\n")

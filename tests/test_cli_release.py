@@ -7,12 +7,13 @@ import subprocess
 import sys
 
 import cv2
+import numpy as np
 import pytest
 
 from mpmworlds.builder.plan.manifest import write_manifest
 from mpmworlds.builder.release import regenerate
 from mpmworlds.builder.release.build import build_release
-from mpmworlds.builder.release.rows import any_row
+from mpmworlds.builder.release.rows import any_row, namesakes
 from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.store import Store
 from mpmworlds.files.checksums import write_checksums
@@ -111,8 +112,8 @@ def test_the_status_is_right_though_nobody_reads(release_copy, damaged, closed):
 
 def test_a_sample_is_made_anew_and_equal(command, small, tmp_path):
     options = ["regenerate", "s04", "--release", small.release, "--out", tmp_path]
-    status, out, _ = command(*options, "--verify")
-    assert status == 0
+    status, out, err = command(*options, "--verify")
+    assert (status, err) == (0, f"s04: of {small.release}: tiny\n")
     *paths, told = out.splitlines()
     assert told == "s04: exact: all 80 frames are equal, bit for bit"
     names = ["scene.yaml", "program.py", "video.mp4", "sheet.png"]
@@ -173,6 +174,35 @@ def test_what_cannot_be_made_anew_is_wrong_use(
     assert (status, out) == (2, "")
     assert message in err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("sample", "taken", "others"),
+    [("p0002", "mini-clips", ["tiny"]), ("p0000", "tiny", ["recipes"])],
+)
+def test_of_several_corpora_a_row_of_full_is_found_first(
+    two_corpora, sample, taken, others
+):
+    config, row = any_row(two_corpora, sample)
+    assert (config, "clip" in row) == (taken, True)
+    assert namesakes(two_corpora, sample, config) == others
+    assert any_row(two_corpora, sample, others[0])[0] == others[0]
+
+
+def test_which_recorded_corpus_is_taken_is_said(command, tmp_path, monkeypatch):
+    frames = np.zeros((2, 64, 64, 3), np.uint8)
+    outcome = Outcome("ok", frames, 1.0, "")
+    monkeypatch.setattr(regenerate, "run", lambda program, **options: outcome)
+    status, _, err = command("regenerate", "p0000", "--out", tmp_path)
+    assert (status, err.splitlines()) == (
+        0,
+        [
+            "p0000: of the recorded corpus full",
+            "p0000: tiny has another sample of this id; to take that: --config tiny",
+        ],
+    )
+    _, _, err = command("regenerate", "p0000", "--out", tmp_path, "--config", "tiny")
+    assert err == "p0000: of the recorded corpus tiny\n"
 
 
 # ---- evaluate

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import asdict
@@ -75,5 +76,8 @@ def test_quickstart_prints_a_sample_and_the_table(small, tmp_path):
     assert "              id  p0000\n" in done.stdout
     assert "prefix (38, 64, 64, 3), continuation (2, 64, 64, 3)" in done.stdout
     assert f"copy_last on tiny/test, frames_only, {VERSION}" in done.stdout
+    for column in ("video", "clip"):
+        assert re.search(rf"^ +{column}  MP4, \d+ bytes$", done.stdout, re.MULTILINE)
+    assert "b'" not in done.stdout
     video = decode_mp4((tmp_path / "work" / "quickstart.mp4").read_bytes())
     assert video.shape == (80, 64, 64, 3)

@@ -251,6 +251,6 @@ def _twice(first: System, second: System) -> str:
     remedy = (
         "name one of them"
         if same
-        else "they differ in their options: name them apart, NAME=FOLDER"
+        else "they differ in options or source: name them apart, NAME=FOLDER"
     )
     return f"{first.folder} and {second.folder}: both are {second.label}; {remedy}"

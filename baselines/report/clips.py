@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm  # type: ignore[import-untyped]
 
 from mpmworlds.baselines.report.board import Board
 from mpmworlds.baselines.report.folder import Folder
@@ -56,7 +57,8 @@ def write_clips(
     names = [] if examples is None else examples.table["id"]
     places = {name: place for place, name in enumerate(names)}
     written = {}
-    for number, sample in enumerate(board.samples, 1):
+    shown = tqdm(board.samples, desc=f"clips of {board.name}", unit="sample")
+    for number, sample in enumerate(shown, 1):
         paths = dict(_clips_of(board, sample))
         if not paths and examples is None:
             continue

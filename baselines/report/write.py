@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from tqdm import tqdm  # type: ignore[import-untyped]
+
 from mpmworlds.baselines.provenance import release_sha256
 from mpmworlds.baselines.report.board import (
     Board,
@@ -177,7 +179,10 @@ def _figures(
 ) -> tuple[list[tuple[str, str]], str]:
     """Write the figures; their paths and captions, and why there are none."""
     written = []
-    for name, caption, draw in drawn(board, scored):
+    figures = list(drawn(board, scored))
+    for name, caption, draw in tqdm(
+        figures, desc=f"figures of {board.name}", unit="figure"
+    ):
         start = f"figures/{board.config}-{board.split}-{name}"
         try:
             pictures = render(draw)

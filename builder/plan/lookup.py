@@ -6,7 +6,11 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from mpmworlds.builder.plan.manifest import read_table, recorded_manifest
+from mpmworlds.builder.plan.manifest import (
+    read_table,
+    recorded_corpora,
+    recorded_manifest,
+)
 
 
 def recorded_rows(ids: Sequence[str], config: str) -> dict[str, dict[str, Any]]:
@@ -39,3 +43,13 @@ def recorded_rows(ids: Sequence[str], config: str) -> dict[str, dict[str, Any]]:
                 f"materialise --config {config} --list-ids` names them"
             )
     return rows
+
+
+def recorded_namesakes(sample: str, config: str) -> list[str]:
+    """Other corpora that come with the package and have a sample of the same id."""
+    others = [name for name in recorded_corpora() if name != config]
+    return [
+        name
+        for name in others
+        if sample in read_table(recorded_manifest(name), ["id"])["id"].to_pylist()
+    ]

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from importlib.resources import files
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -164,6 +164,18 @@ def read_manifest(path: Path, ids: Collection[str] | None = None) -> list[Manife
     return rows
 
 
+def _recorded() -> Any:
+    return files("mpmworlds.builder").joinpath("recorded")
+
+
+def recorded_corpora() -> list[str]:
+    """Names of the corpora whose manifests come with the package."""
+    folder, suffix = _recorded(), ".parquet"
+    names = [file.name for file in folder.iterdir()] if folder.is_dir() else []
+    there = sorted(n.removesuffix(suffix) for n in names if n.endswith(suffix))
+    return [name for name in there if "." not in name]  # else of its trials
+
+
 def recorded_manifest(config: str) -> Path:
     """Where the manifest is that comes with the package.
 
@@ -182,15 +194,11 @@ def recorded_manifest(config: str) -> Path:
     LookupError
         If the package has none of that name.
     """
-    folder = files("mpmworlds.builder").joinpath("recorded")
-    found = folder.joinpath(f"{config}.parquet")
+    found = _recorded().joinpath(f"{config}.parquet")
     if not found.is_file():
-        suffix = ".parquet"
-        names = [f.name for f in folder.iterdir()] if folder.is_dir() else []
-        there = sorted(n.removesuffix(suffix) for n in names if n.endswith(suffix))
-        there = [name for name in there if "." not in name]  # else of its trials
         raise LookupError(
-            f"there is no recorded manifest of {config!r}, only of {there}; choose "
+            f"there is no recorded manifest of {config!r}, only of "
+            f"{recorded_corpora()}; choose "
             f"another --config, or plan one: mpmworlds plan --config {config} --out "
             "FILE, and name it with --manifest FILE"
         )

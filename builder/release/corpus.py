@@ -13,11 +13,10 @@ from mpmworlds.builder.plan.manifest import (
 from mpmworlds.builder.plan.plan import write_plan
 from mpmworlds.builder.plan.trials import RECORDED
 from mpmworlds.builder.release.build import Built, build_release, check_target
+from mpmworlds.builder.release.layout import MAIN
 from mpmworlds.builder.release.shards import Corpus
 from mpmworlds.builder.render.materialise import Materialised, render_rows
 from mpmworlds.builder.render.store import Store
-
-MAIN = "full"  # the corpus of the benchmark, if the parameters are those of the package
 
 
 def build_corpus(
@@ -85,6 +84,7 @@ def _corpora(
     if not params.path and not manifest:
         wanted[MAIN] = {}
     for config in configs:
+        params.refuse_unknown(config)
         profile, ids = params.subset(config)
         params.profile(profile)  # raises what is wrong with it
         wanted.setdefault(profile, {})[config] = ids

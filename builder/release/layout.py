@@ -14,10 +14,13 @@ from typing import Any, Final, Literal
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from mpmworlds.files.targets import refuse_file
+
 RECORD: Final = "release.json"
 CARD: Final = "README.md"
 INDEX: Final = "index.arrow"
 SPLIT_LISTS: Final = "splits"
+MAIN: Final = "full"  # the corpus of the benchmark: ids that others have, too, are its
 RECIPES: Final = "recipes"  # all rows of the corpus, without program and video
 PREVIEW: Final = "preview"  # videos for eyes
 CLIPS: Final = "-clips"  # ends the name of a configuration without full videos
@@ -89,6 +92,28 @@ class Record(_Part):
         """Files of rows of all configurations."""
         return [file for config in self.configs.values() for file in config.files]
 
+    def in_order(self) -> list[str]:
+        """Configurations in the order in which a sample is looked for in them.
+
+        Those with clips before the others; of either those of the corpus `MAIN` first,
+        and of these the ones with full videos.
+        """
+
+        def place(name: str) -> tuple[bool, bool, bool, str]:
+            return (
+                name in (RECIPES, PREVIEW),
+                self.configs[name].corpus != MAIN,
+                name.endswith(CLIPS),
+                name,
+            )
+
+        return sorted(self.configs, key=place)
+
+    def of_other_corpora(self, config: str) -> list[str]:
+        """Configurations of other corpora, which may have other samples of an id."""
+        own = self.configs[config].corpus
+        return [name for name in self.in_order() if self.configs[name].corpus != own]
+
     def digest(self, config: str) -> str:
         """Hash of the content of a configuration."""
         files = self.configs[config].files
@@ -103,9 +128,12 @@ def read_record(root: Path) -> Record:
     ------
     FileNotFoundError
         If the folder has no such file.
+    NotADirectoryError
+        If it is no folder but a file.
     LayoutError
         If it is none, or of a later version of this package.
     """
+    refuse_file(root)
     path = root / RECORD
     if not path.is_file():
         raise FileNotFoundError(

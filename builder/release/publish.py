@@ -30,6 +30,7 @@ from mpmworlds.files.checksums import (
     read_checksums,
     sha256_of_file,
 )
+from mpmworlds.files.targets import refuse_file
 
 _OF_AN_EMPTY_REPOSITORY: Final = (".gitattributes", CARD)
 _TAG: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*", re.ASCII)
@@ -190,6 +191,7 @@ def publish(upload: Upload) -> str:
 
 def _checked(folder: Path) -> dict[str, LocalFile]:
     """All files of a release that is whole; nothing hidden is among them."""
+    refuse_file(folder)
     if not folder.is_dir():
         raise PublishError(f"{folder}: there is no such folder; build a release there")
     sums = read_checksums(folder)

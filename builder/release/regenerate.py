@@ -1,6 +1,6 @@
 """One sample from its scene to its video, and whether that is the one released."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,12 +8,14 @@ from typing import Any
 import cv2
 
 from mpmworlds.builder.parameters import Parameters
+from mpmworlds.builder.plan.lookup import recorded_namesakes
 from mpmworlds.builder.plan.manifest import (
     read_table,
     recorded_manifest,
     text_sha256,
 )
-from mpmworlds.builder.release.rows import any_row
+from mpmworlds.builder.release.layout import MAIN
+from mpmworlds.builder.release.rows import any_row, namesakes
 from mpmworlds.builder.release.tiers import Tier, tier_of
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.sim.program.link import link
@@ -23,8 +25,6 @@ from mpmworlds.sim.run.sheet import contact_sheet
 from mpmworlds.sim.scene.scene import Scene
 from mpmworlds.splits.ids import SampleId
 
-CORPUS = "full"  # whose recorded rows are meant if nothing else is said
-
 
 @dataclass(frozen=True)
 class Regenerated:
@@ -32,7 +32,9 @@ class Regenerated:
 
     id: str
     source: str
-    """Where its scene is from."""
+    """Where its scene is from: a configuration of a release, or a recorded corpus."""
+    namesakes: Sequence[str]
+    """Configurations of other corpora that have another sample of this id."""
     row: Mapping[str, Any]
     """What is said of it there."""
     scene: str
@@ -94,8 +96,8 @@ def regenerate(
     release
         Folder of a release that has it; else it is one of the package's own.
     config
-        A configuration of the release, or whose recorded rows are meant: that of the
-        whole corpus by default.
+        A configuration of the release, by default the first that has it, see
+        `Record.in_order`; or whose recorded rows are meant, by default those of `MAIN`.
     params
         What the configurations are; those of the package by default.
     to_compare
@@ -117,9 +119,11 @@ def regenerate(
     if release is not None:
         name, row = any_row(release, sample, config)
         source = f"{release}: {name}"
+        others = namesakes(release, sample, name)
     else:
-        row = _recorded(sample, config or CORPUS, params or Parameters.read())
-        source = "the recorded manifest"
+        name, row = _recorded(sample, config or MAIN, params or Parameters.read())
+        source = f"the recorded corpus {name}"
+        others = recorded_namesakes(sample, name)
     if to_compare:
         _check_comparable(row, sample, source)
     text = row["scene"]
@@ -129,7 +133,7 @@ def regenerate(
     program = link(scene)
     frames = run(program, trusted=True).expect()
     rate = scene.output.framerate
-    return Regenerated(sample, source, row, text, program, frames, rate)
+    return Regenerated(sample, source, others, row, text, program, frames, rate)
 
 
 def _check_comparable(row: Mapping[str, Any], sample: str, source: str) -> None:
@@ -140,7 +144,10 @@ def _check_comparable(row: Mapping[str, Any], sample: str, source: str) -> None:
         )
 
 
-def _recorded(sample: str, config: str, params: Parameters) -> dict[str, Any]:
+def _recorded(
+    sample: str, config: str, params: Parameters
+) -> tuple[str, dict[str, Any]]:
+    """Name of a recorded corpus, and a row of it."""
     profile, _ = params.subset(config)
     path = recorded_manifest(profile)
     ids = read_table(path, ["id"])["id"].to_pylist()
@@ -150,4 +157,4 @@ def _recorded(sample: str, config: str, params: Parameters) -> dict[str, Any]:
             f"find one by `mpmworlds materialise --config {profile} --list-ids`"
         )
     row: dict[str, Any] = read_table(path).slice(ids.index(sample), 1).to_pylist()[0]
-    return row
+    return profile, row

@@ -96,7 +96,7 @@ def any_row(root: Path, sample: str, config: str | None = None) -> tuple[str, Ro
     sample
         Id of the row.
     config
-        Name of a configuration; else all are searched, the default one first.
+        Name of a configuration; else all are searched, see `Record.in_order`.
 
     Returns
     -------
@@ -114,18 +114,20 @@ def any_row(root: Path, sample: str, config: str | None = None) -> tuple[str, Ro
             f"{root}: has no configuration {config!r}; it has "
             f"{', '.join(record.configs)}"
         )
-    names = sorted(record.configs, key=lambda name: name != record.default)
-    found = []
-    for name in names if config is None else [config]:
+    for name in record.in_order() if config is None else [config]:
         row = find_row(root, name, sample)
         if row is not None:
-            found.append((name, row))
-    if not found:
-        raise LookupError(
-            f"{root}: has no row {sample!r} in {config or 'any configuration'}; "
-            "`mpmworlds stats` says what the corpus has"
-        )
-    return min(found, key=lambda one: ("video" not in one[1], "clip" not in one[1]))
+            return name, row
+    raise LookupError(
+        f"{root}: has no row {sample!r} in {config or 'any configuration'}; "
+        "`mpmworlds stats` says what the corpus has"
+    )
+
+
+def namesakes(root: Path, sample: str, config: str) -> list[str]:
+    """Configurations of other corpora with another sample of the same id."""
+    others = read_record(root).of_other_corpora(config)
+    return [name for name in others if sample in _index(root, name)[1]]
 
 
 def _rows(root: Path, record: Record, corpus: str, sample: str) -> Iterator[Row]:

@@ -19,6 +19,7 @@ from mpmworlds.files.checksums import CHECKSUMS, sha256_of_file
 from mpmworlds.files.journal import Journal
 from mpmworlds.files.targets import check_folder
 from mpmworlds.loaders.load import Examples, load
+from mpmworlds.loaders.locate import check_place
 from mpmworlds.loaders.processes import in_order
 
 Record = dict[str, Any]
@@ -40,6 +41,7 @@ class Source:
 
     def noted(self) -> Record:
         """What they are, whatever the release's place."""
+        check_place(str(self.release.absolute()))
         return {
             "mpmworlds": __version__,
             "release": sha256_of_file(self.release / CHECKSUMS),

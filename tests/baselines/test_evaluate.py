@@ -340,6 +340,17 @@ def test_a_lasting_outage_leaves_an_incomplete_run_that_says_so(
     assert run(examples, CopyLast(), provenance, tmp_path)["troubles"] == {}
 
 
+def test_fewer_than_no_retries_are_refused_before_anything_is_made(
+    examples, provenance, tmp_path
+):
+    told = r"retries = -1 \(--retry-failed\), must be at least 0: how often to go over"
+    with pytest.raises(ValueError, match=told):
+        evaluate_examples(
+            examples, CopyLast(), provenance, tmp_path / "out", retries=-1
+        )
+    assert not (tmp_path / "out").exists()
+
+
 def test_nothing_but_an_outage_has_a_summary(examples, provenance, tmp_path, no_pause):
     summary = run(examples, Flaky(*[OSError("gone")] * 20), provenance, tmp_path)
     assert (summary["samples"], summary["continuation"]) == (0, {})

@@ -187,7 +187,9 @@ def test_results_that_do_not_belong_together_are_refused(make_pair, changes, mes
 
 def test_gate_is_applied_to_the_systems_it_is_fitted_to(make_pair):
     fitted, (_, fallback) = make_pair(FIT, **MODIFIED), make_pair(TEST)
-    with pytest.raises(ComparisonError, match="of another predictor or other options"):
+    with pytest.raises(
+        ComparisonError, match="predictor, other options or source than"
+    ):
         read_gate(fitted, (fallback, fallback))
 
 

@@ -115,6 +115,7 @@ def test_summary_says_what_was_evaluated(release, tmp_path):
     assert summary["samples"] == 3
     assert summary["continuation"]["mse"]["valid"]["families"] == 2
     assert list(summary["slices"]["material_family"]) == ["elastic/plastic", "sand"]
+    assert list(summary["slices"]["object_type"]) == ["dynamic_body"]
     assert "copy_last on tiny/test" in (tmp_path / "summary.txt").read_text()
 
 
@@ -138,6 +139,7 @@ def test_other_predictor_does_not_mix_into_the_folder(release, tmp_path):
         ({"predictor": "nobody"}, "'nobody': unknown"),
         ({"config": "huge"}, "has no configuration 'huge'"),
         ({"limit": 0}, "limit = 0, must be at least 1"),
+        ({"retries": -1}, r"retries = -1 \(--retry-failed\), must be at least 0"),
     ],
 )
 def test_impossible_request_is_an_error(release, tmp_path, arguments, message):

@@ -13,13 +13,13 @@ from mpmworlds.baselines.summary import summarise_results, summary_table
 from mpmworlds.metrics import SCORED
 
 
-def result(number, value, materials=("liquid",), num_objects=1):
+def result(number, value, materials=("liquid",), num_objects=1, types=("emitter",)):
     scores = None if value is None else dict.fromkeys(SCORED, value)
     return Result(
         sample_id=f"p{number:04d}",
         family_id=f"p{number:04d}",
         materials=list(materials),
-        object_types=["dynamic_body"],
+        object_types=list(types),
         num_objects=num_objects,
         motion=None,
         ceiling=None,
@@ -36,8 +36,8 @@ def result(number, value, materials=("liquid",), num_objects=1):
 
 RESULTS = [
     result(1, 0.25, ["liquid"], 1),
-    result(2, 0.75, ["elastic", "sand"], 10),
-    result(3, None, ["elastic", "snow"], 2),
+    result(2, 0.75, ["elastic", "sand"], 10, ["dynamic_body"]),
+    result(3, None, ["elastic", "snow"], 2, ["dynamic_body", "emitter"]),
 ]
 
 
@@ -62,6 +62,21 @@ def test_undefined_numbers_are_dashes(provenance):
     ]
 
 
+@pytest.mark.parametrize(
+    ("expected", "troubles", "told"),
+    [
+        (5, {}, "INCOMPLETE: 2 samples are missing"),
+        (4, {"p0004": "no network"}, "INCOMPLETE: 1 sample is missing (p0004: no net"),
+    ],
+)
+def test_table_says_what_is_missing_and_why_if_it_is_known(
+    provenance, expected, troubles, told
+):
+    table = summary_table(summarise_results(provenance, RESULTS, expected, troubles))
+    assert table.splitlines()[2].startswith(told)
+    assert "()" not in table
+
+
 def test_summary_survives_json(provenance):
     summary = summarise_results(provenance, RESULTS)
     text = json.dumps(summary, allow_nan=False)
@@ -81,18 +96,34 @@ def test_prefix_is_summarised_only_where_every_valid_candidate_has_one(provenanc
     assert "prefix" not in summarise_results(provenance, RESULTS)
 
 
-def test_sample_is_in_the_slice_of_each_of_its_materials():
-    table = parts(RESULTS)
-    ids = {
+def ids_of(members_of):
+    return {
         part: [result.sample_id for result in members]
-        for part, members in table["material_family"].items()
+        for part, members in members_of.items()
     }
-    assert ids == {
+
+
+def test_sample_is_in_the_slice_of_each_of_its_materials():
+    assert ids_of(parts(RESULTS)["material_family"]) == {
         "elastic/plastic": ["p0002", "p0003"],
         "liquid": ["p0001"],
         "sand": ["p0002"],
         "snow": ["p0003"],
     }
+
+
+def test_sample_is_in_the_slice_of_each_type_of_its_objects(provenance):
+    assert ids_of(parts(RESULTS)["object_type"]) == {
+        "dynamic_body": ["p0002", "p0003"],
+        "emitter": ["p0001", "p0003"],
+    }
+    told = summarise_results(provenance, RESULTS)["slices"]["object_type"]
+    assert told["emitter"]["mse"]["failures_at_worst"]["mean"] == 0.625
+
+
+def test_a_type_that_several_objects_have_counts_once():
+    several = result(1, 0.5, types=["emitter", "emitter"])
+    assert ids_of(parts([several])["object_type"]) == {"emitter": ["p0001"]}
 
 
 def test_numbered_parts_are_ordered_by_size():

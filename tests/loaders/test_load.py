@@ -84,6 +84,43 @@ def test_splits_that_do_not_exist_are_answered_with_those_that_do(release):
     assert "mini/test, mini/train, recipes/modification_validation" in str(error.value)
 
 
+@pytest.mark.parametrize("split", ["tiny", "mini", "recipes"])
+def test_a_configuration_in_the_place_of_the_split_is_answered_with_where_it_goes(
+    release, split
+):
+    with pytest.raises(ValueError, match="is the name of a configuration; the second"):
+        load(str(release), split)
+    told = rf"load\('{release}', split='test', config='{split}'\)"
+    with pytest.raises(ValueError, match=told):
+        load(release, split, streaming=True)
+
+
+def test_of_a_repository_names_of_configurations_are_known_without_asking(monkeypatch):
+    monkeypatch.delattr("datasets.load_dataset")
+    with pytest.raises(ValueError, match=r"load\('acme/mpmworlds', split='test', conf"):
+        load("acme/mpmworlds", "tiny")
+
+
+def test_examples_say_what_they_are(release):
+    def told(*arguments, **named):
+        return repr(load(release, *arguments, **named))
+
+    assert told() == "<Examples: 2 samples of tiny/test, regime frames_only>"
+    assert (
+        told("test", "mini", regime="caption")
+        == "<Examples: 1 sample of mini/test, regime caption>"
+    )
+    ids = told(ids=["p0000", "p0000-c0"], config="tiny")
+    assert ids == "<Examples: 2 samples of tiny, regime frames_only>"
+    stream = load(release, "train", streaming=True)
+    for some in (stream, stream.take(2), stream.skip(1)):
+        assert repr(some) == (
+            "<ExampleStream: samples of tiny/train, regime frames_only>"
+        )
+    part = repr(load(release, "train")[1:3])
+    assert part == "<Examples: 2 samples of tiny/train, regime frames_only>"
+
+
 def test_recipes_have_no_video(release):
     with pytest.raises(ValueError, match="p0002: has no video"):
         load(release, config="recipes")[0]

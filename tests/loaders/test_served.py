@@ -173,6 +173,27 @@ def test_another_folders_build_is_not_served_from_an_empty_one(python, copy):
         assert "core-hours" in said
 
 
+def test_without_a_release_and_a_hub_how_to_build_one_is_said_in_seconds(python):
+    found = python(
+        """
+    import time
+    start = time.monotonic()
+    found = {
+        "datasets": failed(lambda: load_dataset("mpmworlds", "tiny")),
+        "ids": failed(lambda: mpmworlds.load("tiny", ids=["p0002"])),
+        "seconds": time.monotonic() - start,
+    }
+    """,
+        HF_HUB_OFFLINE="0",
+        HF_ENDPOINT="http://127.0.0.1:9",  # where nothing listens
+    )
+    assert found.pop("seconds") < 12
+    for said in found.values():
+        assert said.startswith("ReleaseNotFoundError: mpmworlds: there is no release")
+        assert "Connection refused" in said
+        assert "mpmworlds build --config tiny --out release/mpmworlds" in said
+
+
 def test_a_configuration_that_is_not_there_is_answered_with_how_to_make_it(
     python, copy
 ):
@@ -345,6 +366,8 @@ def test_single_samples_of_any_split_come_in_the_order_asked_for(release):
         load(release, ids=["p9999"], config="mini")
     with pytest.raises(ValueError, match="p9999 is not in any of mini, tiny"):
         load(release, ids=["p9999"])
+    with pytest.raises(ValueError, match="sample id 'nope': must be a parent 'p0123'"):
+        load(release, ids=["nope"])
     with pytest.raises(ValueError, match="must be some, each of them once"):
         load(release, ids=[])
 

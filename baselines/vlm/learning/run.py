@@ -178,7 +178,7 @@ class Run:
                 max(sizes),
             )
         table = examples.table.select(kept)
-        return Examples(table, examples.regime.name), left_out
+        return Examples(table, examples.regime.name, examples.of), left_out
 
     def _model(self) -> Any:
         """The model, its weights in full precision: what is learned is small."""

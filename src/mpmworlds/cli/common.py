@@ -9,6 +9,11 @@ from typing import Any
 
 DONE, DOES_NOT_HOLD, WRONG_USE = 0, 1, 2
 STORE = Path("work/store")
+SCENE_FILE = "a scene (.yaml)"  # in messages
+WHOSE = (
+    "An id that several corpora have is that of the corpus full, where that is there "
+    "(with videos, in a release); --config names another. Which one was taken is said."
+)
 
 
 def new_verb(verbs: Any, run: Callable[..., int], what: str, example: str) -> Any:
@@ -106,6 +111,17 @@ def named_values(given: Sequence[str], option: str) -> Mapping[str, Any]:
         except ValueError:
             found[key] = value
     return found
+
+
+def say_where(sample: str, where: str, others: Sequence[str]) -> None:
+    """Say where a sample was taken from, and what else is called so."""
+    say(f"{sample}: of {where}")
+    if others:
+        has = "has another sample" if len(others) == 1 else "have other samples"
+        say(
+            f"{sample}: {', '.join(others)} {has} of this id; to take that: --config "
+            f"{others[0]}"
+        )
 
 
 def say(message: str) -> None:

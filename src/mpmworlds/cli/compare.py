@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from mpmworlds.cli.common import DONE, new_verb
+from mpmworlds.cli.common import DONE, SCENE_FILE, new_verb
 
 if TYPE_CHECKING:
     from mpmworlds.sim.scene.scene import Scene
@@ -56,5 +56,6 @@ def _scene(source: str, config: str) -> "Scene":
     from mpmworlds.sim.scene.scene import Scene
 
     if Path(source).suffix in FILES:
-        return Scene.from_yaml(read_text(Path(source)), source)
+        text = read_text(Path(source), f"{SCENE_FILE}, or the id of a sample")
+        return Scene.from_yaml(text, source)
     return Scene.from_yaml(recorded_rows([source], config)[source]["scene"], source)

@@ -5,7 +5,15 @@ import webbrowser
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DONE, add_workers, new_verb, say
+from mpmworlds.cli.common import (
+    DONE,
+    SCENE_FILE,
+    WHOSE,
+    add_workers,
+    new_verb,
+    say,
+    say_where,
+)
 from mpmworlds.files.text import read_text
 
 SCENES = (".yaml", ".yml")
@@ -66,9 +74,12 @@ def add_play(verbs: Any) -> None:
         "render a scene, or a sample of the corpus, and open a page that plays it",
         "mpmworlds play scene.yaml",
     )
+    parser.description += f" {WHOSE}"
     parser.add_argument("source", help="scene (.yaml), or id of a sample")
     parser.add_argument(
-        "--config", default="full", help="corpus that an id is of (default full)"
+        "--config",
+        help="corpus that an id is of (default: full, unless only another one has it "
+        "in --release)",
     )
     parser.add_argument(
         "--release",
@@ -93,7 +104,8 @@ def play(options: argparse.Namespace) -> int:
 
     path = Path(options.source)
     if path.suffix in SCENES:
-        scene = Scene.from_yaml(read_text(path), str(path))
+        text = read_text(path, f"{SCENE_FILE}, or the id of a sample")
+        scene = Scene.from_yaml(text, str(path))
         row, parent = row_of_scene(scene, path.stem), None
     else:
         row, parent = _sample(options)
@@ -106,14 +118,31 @@ def play(options: argparse.Namespace) -> int:
 
 def _sample(options: argparse.Namespace) -> tuple[dict[str, Any], str | None]:
     """A row with its video, if a release here has it, and its parent's scene."""
-    from mpmworlds.builder.plan.lookup import recorded_rows
+    from mpmworlds.builder.plan.lookup import recorded_namesakes, recorded_rows
     from mpmworlds.loaders.gallery.source import find_video
     from mpmworlds.splits import SampleId
 
     sample = SampleId.parse(options.source)
     names = [name for name in (str(sample), sample.made_from) if name]
-    rows = recorded_rows(names, options.config)
+    corpus = options.config or _corpus(options.release, str(sample))
+    rows = recorded_rows(names, corpus)
+    others = () if options.config else recorded_namesakes(str(sample), corpus)
+    say_where(str(sample), f"the recorded corpus {corpus}", others)
     row = rows[str(sample)]
     found = find_video(row["id"], row["program_sha256"], options.release)
     parent = rows[sample.made_from]["scene"] if sample.made_from else None
     return found or row, parent
+
+
+def _corpus(release: Path | None, sample: str) -> str:
+    """The corpus that an id is of: in a release that is named, the one that has it."""
+    from mpmworlds.builder.release.layout import MAIN, read_record
+    from mpmworlds.builder.release.rows import any_row
+
+    if release is None:
+        return MAIN
+    try:
+        config, _ = any_row(release, sample)
+    except LookupError:
+        return MAIN
+    return read_record(release).configs[config].corpus

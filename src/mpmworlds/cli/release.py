@@ -5,8 +5,16 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, add_workers, new_verb, say
-from mpmworlds.files.targets import check_folder
+from mpmworlds.cli.common import (
+    DOES_NOT_HOLD,
+    DONE,
+    WHOSE,
+    add_workers,
+    new_verb,
+    say,
+    say_where,
+)
+from mpmworlds.files.targets import check_folder, refuse_file
 
 REGENERATED = Path("work/regenerated")
 
@@ -44,6 +52,7 @@ def verify(options: argparse.Namespace) -> int:
     """Look for anything wrong in a release."""
     from mpmworlds.builder.release.verify import verify_release
 
+    refuse_file(options.release)
     if not options.release.is_dir():
         raise ValueError(
             f"{options.release}: there is no such folder; build a release there with "
@@ -86,6 +95,7 @@ def add_regenerate(verbs: Any) -> None:
         "make one sample anew, from its scene to its video, and compare it",
         "mpmworlds regenerate p0123-c4 --release release/mpmworlds --verify",
     )
+    parser.description += f" {WHOSE}"
     parser.add_argument("id", help="id of the sample")
     parser.add_argument(
         "--release",
@@ -95,7 +105,9 @@ def add_regenerate(verbs: Any) -> None:
     )
     parser.add_argument(
         "--config",
-        help="configuration of the release, or of params.yaml (default full)",
+        help="configuration of the release (default: the first that has it, those with "
+        "videos and of the corpus full before others), or, without a release, of "
+        "params.yaml (default full)",
     )
     parser.add_argument(
         "--out", type=Path, help=f"folder to write into (default {REGENERATED}/ID)"
@@ -122,6 +134,7 @@ def regenerate(options: argparse.Namespace) -> int:
     made = regenerated(
         options.id, options.release, options.config, to_compare=options.verify
     )
+    say_where(made.id, made.source, () if options.config else made.namesakes)
     paths = made.write(out)
     tier = made.compared() if options.verify else None
     if options.json:

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, new_verb, say
+from mpmworlds.cli.common import DOES_NOT_HOLD, DONE, SCENE_FILE, new_verb, say
 from mpmworlds.files.targets import check_file
 from mpmworlds.files.text import read_text
 from mpmworlds.sim.run.compilers import MODULES
@@ -70,7 +70,7 @@ def _program(path: Path) -> str:
     from mpmworlds.sim.program.link import link as link_scene
     from mpmworlds.sim.scene.scene import Scene
 
-    return link_scene(Scene.from_yaml(read_text(path), str(path)))
+    return link_scene(Scene.from_yaml(read_text(path, SCENE_FILE), str(path)))
 
 
 def add_run(verbs: Any) -> None:
@@ -143,9 +143,10 @@ def run(options: argparse.Namespace) -> int:
         check_file(path)
     framerate, scene = options.framerate, None
     if options.source.suffix == ".py":
-        program = read_text(options.source)
+        program = read_text(options.source, "a program (.py)")
     else:
-        scene = Scene.from_yaml(read_text(options.source), str(options.source))
+        text = read_text(options.source, f"{SCENE_FILE}, or a program (.py)")
+        scene = Scene.from_yaml(text, str(options.source))
         program, framerate = link_scene(scene), scene.output.framerate
     outcome = run_program(
         program,

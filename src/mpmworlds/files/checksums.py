@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from mpmworlds.files.atomic import write_atomically
+from mpmworlds.files.targets import refuse_file
 from mpmworlds.files.text import shown
 
 CHECKSUMS = "SHA256SUMS"
@@ -77,6 +78,7 @@ def read_checksums(root: Path) -> dict[str, str]:
     ChecksumError
         If a line is no checksum line.
     """
+    refuse_file(root)
     path = root / CHECKSUMS
     if not path.is_file():
         raise FileNotFoundError(

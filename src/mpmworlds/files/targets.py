@@ -1,4 +1,4 @@
-"""Whether a file or folder can be written, asked before the work that fills it."""
+"""Whether a file or folder can be written or read, asked before any work."""
 
 import os
 from pathlib import Path
@@ -32,3 +32,11 @@ def check_folder(folder: Path, target: Path | None = None) -> None:
         raise NotADirectoryError(f"{where}is a file, must be a folder; name another")
     if not os.access(within, os.W_OK | os.X_OK, effective_ids=True):
         raise PermissionError(f"{where}is not to be written to by you; name another")
+
+
+def refuse_file(folder: Path | str, what: str = "a release") -> None:
+    """Raise `NotADirectoryError` if what must be the folder of something is a file."""
+    if Path(folder).is_file():
+        raise NotADirectoryError(
+            f"{folder}: is a file, must be the folder of {what}; name that"
+        )

@@ -3,10 +3,29 @@
 from pathlib import Path
 
 
-def read_text(path: Path) -> str:
-    """Text of a file; raises `ValueError` if it is not UTF-8."""
+def read_text(path: Path, what: str = "a file of text") -> str:
+    """Text of a file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What it must be, for messages.
+
+    Raises
+    ------
+    OSError
+        If it is not there, a folder, or cannot be read.
+    ValueError
+        If it is not UTF-8.
+    """
     try:
         return path.read_text("utf-8")
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{path}: is not there; name {what}") from None
+    except IsADirectoryError:
+        raise IsADirectoryError(f"{path}: is a folder; name {what}") from None
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: is not UTF-8 text ({error.reason})") from None
 

@@ -67,3 +67,11 @@ def test_second_report_leaves_no_clip_or_figure_of_the_first(
     assert list(out.glob("clips/**/*.mp4")) == []
     assert [path.name for path in (out / "figures").iterdir()] == ["mine.png"]
     assert len(list(out.glob("samples/tiny-test/*.js"))) == 4
+
+
+def test_how_far_it_is_can_be_seen(command, clip_folders, release, tmp_path):
+    out = ["--out", tmp_path / "out", "--release", release]
+    status, told, err = command("report", *clip_folders, *out)
+    assert (status, "index.html: written" in told) == (0, True)
+    for part in ("clips of tiny/test", "figures of tiny/test"):
+        assert f"{part}: 100%" in err

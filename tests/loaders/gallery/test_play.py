@@ -99,6 +99,38 @@ def test_recorded_rows_are_those_of_the_manifest():
 
 
 @pytest.mark.parametrize(
+    ("options", "taken", "others"),
+    [
+        ([], "full", "tiny has another sample of this id; to take that: --config tiny"),
+        (["--config", "tiny"], "tiny", ""),
+        (
+            ["--release", "TWO"],
+            "tiny",
+            "full has another sample of this id; to take that: --config full",
+        ),
+    ],
+)
+def test_which_corpus_a_sample_is_of_is_said(
+    command, two_corpora, tmp_path, monkeypatch, options, taken, others
+):
+    shown = []
+    monkeypatch.setattr(
+        "mpmworlds.loaders.gallery.play.write_play",
+        lambda row, out, parent: shown.append(row["scene"]) or out,
+    )
+    named = [two_corpora if option == "TWO" else option for option in options]
+    status, _, err = command("play", "p0000", "--no-open", *named)
+    assert (status, err.splitlines()) == (
+        0,
+        [
+            f"p0000: of the recorded corpus {taken}",
+            *([f"p0000: {others}"] if others else []),
+        ],
+    )
+    assert shown == [recorded_rows(["p0000"], taken)["p0000"]["scene"]]
+
+
+@pytest.mark.parametrize(
     ("source", "message"),
     [
         ("p9998-c7", "p9998-c7: is no sample of the corpus 'full'"),
