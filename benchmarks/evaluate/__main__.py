@@ -1,6 +1,7 @@
 """Time of the race of candidates, beside running all of them to the end.
 
     python -m benchmarks.evaluate [--candidates 15] [--samples 3]
+    python -m benchmarks.evaluate --sandbox 20
 
 Candidates of a sample are programs of the kind that a model writes: its own scene with
 other materials, speeds and places, one of them right. The race runs their prefixes,
@@ -8,6 +9,9 @@ stops losers, and goes on to the end with what the prefix chooses. Both are comp
 seconds of a processor, which other jobs of the machine hardly change, and without the
 sandbox, which adds little and hides what those that it kills have used. The harness is
 what is left of the time of an evaluation when that of the programs is taken away.
+
+The second command tells what the sandbox adds to a run: a program that imports what
+programs import and yields a frame, with and without it in turn, so many times each.
 """
 
 import argparse
@@ -15,6 +19,8 @@ import statistics
 import time
 from itertools import pairwise
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
+
+import numpy as np
 
 from mpmworlds.baselines.candidates import Sample
 from mpmworlds.baselines.execution import Runs
@@ -32,7 +38,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--candidates", type=int, default=15)
     parser.add_argument("--samples", type=int, default=3)
+    parser.add_argument("--sandbox", type=int, metavar="RUNS")
     options = parser.parse_args()
+    if options.sandbox:
+        print(sandbox_line(options.sandbox))
+        return
     half = options.candidates // 2
     by_parent: dict[str, list[Scene]] = {}
     for row in read_manifest(recorded_manifest("full")):
@@ -51,6 +61,29 @@ def main() -> None:
         overheads.append(overhead)
     ratio, overhead = statistics.median(ratios), statistics.median(overheads)
     print(f"medians: ratio {ratio:.2f}, harness {100 * overhead:.1f} %")
+
+
+SHORT = """import cv2, numpy as np, taichi as ti
+ti.init(ti.cpu, cpu_max_num_threads=1)
+def frames():
+    yield np.zeros((512, 512, 3), np.uint8)
+"""
+
+
+def sandbox_line(runs: int) -> str:
+    """Seconds of a short program with and without the sandbox, run in turn."""
+    seconds: dict[bool, list[float]] = {True: [], False: []}
+    for _ in range(runs):
+        for trusted, found in seconds.items():
+            outcome = run(SHORT, trusted=trusted)
+            outcome.expect()
+            found.append(outcome.seconds)
+    free, confined = (np.array(seconds[trusted]) for trusted in (True, False))
+    return (
+        f"{runs} pairs: {np.median(free):.3f} s free, {np.median(confined):.3f} s in "
+        f"the sandbox; it adds {1000 * np.median(confined - free):.0f} ms in the "
+        f"median, {1000 * (confined.min() - free.min()):.0f} ms to the least"
+    )
 
 
 def measure(programs: list[str], truth: Scene, name: str) -> tuple[float, float]:
