@@ -16,7 +16,7 @@ from mpmworlds.sim.run.forkserver import Forked, ForkServer
 from mpmworlds.sim.run.process import MEMORY, check_memory, kill
 from mpmworlds.sim.run.receive import Channel, Outcome, Received, Status, collect
 
-SHARING: Final = 200  # programs that a process runs; it keeps kernels of each kind
+SHARING: Final = 100  # programs that a process runs; kernels of a kind take 20 MB
 
 
 class Laboratory(Closeable):

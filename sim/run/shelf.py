@@ -6,6 +6,7 @@ gets them as they are, emptied; only the rest of it is executed.
 """
 
 import ast
+import gc
 import json
 import os
 from collections.abc import Callable, Sequence
@@ -18,6 +19,7 @@ COMPILED = ("ti.kernel", "ti.func")
 FIELD = ".field("
 TYPE = "ti.types."
 FIELDS = (ti.ScalarField, ti.MatrixField)
+BETWEEN = 8  # programs between looks at what is no longer needed
 NUMBERS = (bool, int, float, str, bytes, tuple, list)
 
 
@@ -158,6 +160,8 @@ def serve(child: ModuleType, requests: int, pipe: int, memory: int) -> None:
     """Run programs, one for each line of JSON with its `path` and `max_frames`."""
     shelf = Shelf(child._load)
     with os.fdopen(requests, "rb") as lines:
-        for line in lines:
+        for number, line in enumerate(lines, 1):
             given = json.loads(line)
             child.main(pipe=pipe, memory=memory, states=False, load=shelf.load, **given)
+            if number % BETWEEN == 0:
+                gc.collect()

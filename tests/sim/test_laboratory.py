@@ -4,6 +4,7 @@ import copy
 import os
 import signal
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.sim.program.link import link
 from mpmworlds.sim.run.laboratory import Laboratory
 from mpmworlds.sim.run.lifted import lifted, room_for
+from mpmworlds.sim.run.shelf import BETWEEN
 from mpmworlds.sim.run.warm import WarmStart
 from mpmworlds.sim.scene.scene import Scene
 
@@ -148,3 +150,16 @@ def test_nothing_lives_after_it_is_closed():
     time.sleep(0.2)
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="tells no memory")
+def test_programs_of_a_kind_leave_nothing_behind():
+    text = text_of(seed("s08"))
+    sizes = []
+    with Laboratory() as laboratory:
+        for number in range(1, 3 * BETWEEN + 1):
+            assert laboratory.run(text, 1, 120.0).status == "ok"
+            if number % BETWEEN == 0:
+                pages = Path(f"/proc/{laboratory._process.pid}/statm").read_text()
+                sizes.append(int(pages.split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+    assert sizes[-1] - sizes[0] < 8 << 20
