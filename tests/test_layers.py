@@ -130,7 +130,7 @@ def direction_errors(sources: Mapping[str, str]) -> list[str]:
 
 
 def may_import_taichi(module: str) -> bool:
-    return module == f"{PACKAGE}.sim.run.readout"
+    return module in [f"{PACKAGE}.sim.run.{name}" for name in ("readout", "shelf")]
 
 
 def taichi_errors(sources: Mapping[str, str]) -> list[str]:
@@ -317,6 +317,7 @@ def test_offending_module_is_found(check, sources):
         ),
         ("direction_errors", {"mpmworlds.cli": "import mpmworlds.baselines.evaluate"}),
         ("taichi_errors", {"mpmworlds.sim.run.readout": "import taichi as ti"}),
+        ("taichi_errors", {"mpmworlds.sim.run.shelf": "import taichi as ti"}),
         ("taichi_errors", {"mpmworlds.sim.program.a": "TEXT = 'import taichi as ti'"}),
         ("optional_errors", {"mpmworlds.loaders.t": "def f():\n import torch"}),
         (
