@@ -12,7 +12,7 @@ import numpy.typing as npt
 from mpmworlds.baselines.search.assembly import scene_data
 from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
 from mpmworlds.baselines.search.perception.colors import labels_of
-from mpmworlds.baselines.search.perception.flight import EARTH, LEAST, RIGID, Gravity
+from mpmworlds.baselines.search.perception.flight import LEAST, RIGID, SAME, Gravity
 from mpmworlds.baselines.search.perception.pixels import Pixels
 from mpmworlds.baselines.search.prior import Prior, prior
 from mpmworlds.baselines.search.repair import written
@@ -217,7 +217,7 @@ def alone_until(things: Sequence[Thing]) -> dict[int, int]:
 
 def _doubted(seen: Gravity, told: Told, longest: int) -> Sequence[int]:
     """Axes along which gravity may be a little different."""
-    certain = seen.sure and (seen.value == EARTH or longest >= LONG)
+    certain = seen.sure and (seen.value in SAME or longest >= LONG)
     if "gravity" in told.environment or certain:
         return ()
     signs = told.pulls or (1, 1)

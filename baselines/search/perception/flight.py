@@ -1,5 +1,6 @@
 """Free flight: velocities of bodies and gravity, from their first poses."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -17,12 +18,13 @@ RIGID: Final = 0.75  # overlap of a body that is still followed well
 NEAR: Final = 0.3  # distance from a parabola that is no contact [px]
 LEAST: Final = 4  # frames of a flight
 SURE: Final = 7  # frames of a flight that tell gravity
-SAME: Final = 0.7  # difference from the earth's that is none [m/s^2]
 WEAKEST: Final = -0.8  # of gravities; what falls slower lies on something [m/s^2]
 AT_REST: Final = 0.03  # speed that is none [m/s]
 STEP: Final = 1.0  # how much less one step between two frames tells of a speed
 SPINS: Final = 0.25  # rate of turn that is one [rad/s]
 EARTH: Final = (0.0, -9.8)  # [m/s^2]
+WEAK: Final = (0.0, -1.0)  # of 3 % of the train split, exactly [m/s^2]
+SAME: Final = {EARTH: 0.7, WEAK: 0.35}  # difference that is none [m/s^2]
 
 
 @dataclass(frozen=True)
@@ -81,8 +83,8 @@ def gravity_of(
     Bodies that start at rest tell it from few frames, others from more; `near` is the
     distance from a parabola that is no contact [px].
     """
-    usual = [flight_of(poses, EARTH, frame_time, side) for poses in flying]
-    longest = max((f.frames for f in usual), default=0)
+    flights = [flight_of(poses, EARTH, frame_time, side) for poses in flying]
+    longest = max((f.frames for f in flights), default=0)
     earth = Gravity(EARTH, sure=longest >= SURE)
     found = []
     for poses in flying:
@@ -93,7 +95,10 @@ def gravity_of(
     if not found:
         return [earth]
     _, frames, value = max(found, key=lambda each: each[0])
-    if np.hypot(value[0] - EARTH[0], value[1] - EARTH[1]) < SAME:
+    for usual, same in SAME.items():
+        if math.dist(value, usual) < same:
+            value = usual
+    if value == EARTH:
         return [earth]
     if frames < longest + 2:
         return [earth, Gravity(value, sure=False)]

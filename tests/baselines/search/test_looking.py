@@ -192,3 +192,14 @@ def test_frames_until_bodies_touch_are_counted():
     until = alone_until(things)
     assert until.keys() == {numbers[COLORS[0]], numbers[COLORS[1]]}
     assert set(until.values()) <= {4, 5}
+
+
+@pytest.mark.parametrize("gravity", [(0.0, -9.8), (0.0, -1.0)])
+def test_a_gravity_that_many_scenes_share_is_meant_exactly(gravity):
+    _, sight, _ = seen("brick", "ball", gravity=gravity)
+    assert sight.gravities[0].value == gravity and sight.gravities[0].sure
+
+
+def test_a_gravity_near_to_a_weak_one_is_another_if_it_is_not_that_near():
+    _, sight, _ = seen("brick", "ball", gravity=(0.5, -1.4))
+    assert sight.gravities[0].value == pytest.approx((0.5, -1.4), abs=0.15)
