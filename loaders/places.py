@@ -4,9 +4,9 @@ The index of a configuration says which bytes of which file hold a row; these ar
 held to their hash, and nothing else is.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -111,7 +111,7 @@ def find_rows(
     return Found(
         datasets.Dataset(InMemoryTable(table)),
         name,
-        partial(_namesakes, files, record, name),
+        partial(_namesakes, cache(partial(_places, files)), record, name),
     )
 
 
@@ -146,9 +146,15 @@ def _index(files: "_Files", config: str) -> Index:
     return Index(files.read(index_path(config)), index_path(config))
 
 
-def _namesakes(files: "_Files", record: Record, config: str, sample: str) -> list[str]:
+def _places(files: "_Files", config: str) -> dict[str, tuple[int, int]]:
+    return _index(files, config).places()
+
+
+def _namesakes(
+    places: Callable[[str], Collection[str]], record: Record, config: str, sample: str
+) -> list[str]:
     others = record.of_other_corpora(config)
-    return [name for name in others if sample in _index(files, name).places()]
+    return [name for name in others if sample in places(name)]
 
 
 class _Files:

@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, Final
 
 import cv2
@@ -207,10 +208,11 @@ def alone_until(things: Sequence[Thing]) -> dict[int, int]:
         for number, masks in matter.items()
     }
     found: dict[int, int] = {}
-    for number, masks in matter.items():
-        for other, around in near.items():
-            touch: npt.NDArray[np.bool_] = np.any(masks & around, axis=(1, 2))
-            if other != number and touch.any():
+    for pair in combinations(matter, 2):
+        one, other = pair
+        touch: npt.NDArray[np.bool_] = np.any(matter[one] & near[other], axis=(1, 2))
+        if touch.any():
+            for number in pair:
                 found[number] = min(found.get(number, len(touch)), int(touch.argmax()))
     return found
 

@@ -22,20 +22,14 @@ SHARING: Final = 100  # programs that a process runs; kernels of a kind take 20 
 class Laboratory(Closeable):
     """A process for programs of the linker, see `sim.run.lifted`.
 
-    Parameters
-    ----------
-    memory
-        Address space allowed to it [bytes].
-
     Raises
     ------
     RuntimeError
         If the shell allows a process too little memory to run any.
     """
 
-    def __init__(self, memory: int = MEMORY) -> None:
+    def __init__(self) -> None:
         check_memory()
-        self._memory = memory
         self._server = ForkServer()
         self._process: Forked | None = None
         self._reader = self._writer = -1  # its messages, and requests to it
@@ -100,7 +94,7 @@ class Laboratory(Closeable):
         arguments = {
             "become": "laboratory",
             "log": str(self._server.scratch.path / "printed"),
-            "memory": self._memory,
+            "memory": MEMORY,
         }
         try:
             self._process = self._server.fork(arguments, [messages, requests])

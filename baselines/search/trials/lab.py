@@ -78,11 +78,6 @@ class Lab(Closeable):
         return self._count
 
     @property
-    def runs_left(self) -> int:
-        """Runs that may still be made, if there is time for them."""
-        return self._runs - self.runs
-
-    @property
     def left(self) -> float:
         """Share of the budget that is left."""
         return max(

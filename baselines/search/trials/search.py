@@ -180,16 +180,14 @@ class Search:
                     for n in ranking
                 )
         for number in turned:
-            color, end = (
-                data["objects"][number]["visualization"]["color"],
-                until[number],
-            )
+            thing, end = data["objects"][number], until[number]
+            color = thing["visualization"]["color"]
             lacks = {
                 n: losses[n].until(color, end, LEAST_LIKELY) + rare(n, self._prior)
                 for n in ranking
             }
             self._rankings[number] = sorted(
-                (n for n in ranking if may_be(data["objects"][number], n)),
+                (n for n in ranking if may_be(thing, n)),
                 key=lacks.__getitem__,
             )
         return ranking
@@ -315,23 +313,23 @@ class Search:
     def _classes_again(self) -> None:
         """Other classes with the numbers and walls of the best scene."""
         best, least = self.best.data, self.best.loss
+        classes = classes_of(best)
         for number in self._sought(best):
             own = class_of(best["objects"][number])
             rivals = [
                 name
                 for name in self._rankings[number]
-                if name != own and (number, name, classes_of(best)) not in self._out
+                if name != own and (number, name, classes) not in self._out
             ]
             # None is left out for good: those that were tried less often go first.
             rivals.sort(key=lambda name: self._doubted[number, name])
             for name in rivals[:RIVALS]:
-                choice = number, name, classes_of(best)
                 self._doubted[number, name] += 1
                 changed = copy.deepcopy(best)
                 self._turn(changed, number, name, alike=True)
                 found = self._try(changed, f"{number} {name}, again")
                 if found.loss > HOPELESS * least:
-                    self._out.add(choice)
+                    self._out.add((number, name, classes))
 
     def _runner_up(self) -> None:
         """The best scene of other classes: it is judged with numbers of its own."""
