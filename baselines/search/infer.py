@@ -13,7 +13,14 @@ import numpy.typing as npt
 from mpmworlds.baselines.search.assembly import scene_data
 from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
 from mpmworlds.baselines.search.perception.colors import labels_of
-from mpmworlds.baselines.search.perception.flight import LEAST, RIGID, SAME, Gravity
+from mpmworlds.baselines.search.perception.flight import (
+    LEAST,
+    RIGID,
+    SAME,
+    Flight,
+    Gravity,
+    flight_of,
+)
 from mpmworlds.baselines.search.perception.pixels import Pixels
 from mpmworlds.baselines.search.prior import Prior, prior
 from mpmworlds.baselines.search.repair import written
@@ -33,7 +40,7 @@ RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, t
 SEEN: Final = 2  # frames after which a body that starts at rest is known to
 LONG: Final = 12  # frames of a flight that leave nothing to be refined
 APART: Final = 2  # pixels between things that do not touch yet
-NEAR: Final = 9  # pixels from matter within which a still thing is touched
+NEAR: Final = 9  # side of the square around matter within which things are touched [px]
 
 
 @dataclass(frozen=True)
@@ -152,12 +159,11 @@ def _readings(
 
 
 def _rivals(thing: Thing) -> Iterator[Thing]:
-    """The thing with its second nozzle or law, if that explains it nearly as well."""
-    if len(thing.nozzles) > 1:
-        one, two = thing.nozzles[:2]
-        if two.error < RIVAL_NOZZLE * one.error + 0.05:
+    """The thing with another nozzle or law, if that explains it nearly as well."""
+    for nozzle in thing.nozzles[1:]:
+        if nozzle.error < RIVAL_NOZZLE * thing.nozzles[0].error + 0.05:
             other = copy.copy(thing)
-            other.nozzles = [two, one]
+            other.nozzles = [nozzle, *(n for n in thing.nozzles if n is not nozzle)]
             yield other
     if thing.kind == "kinematic_collider" and len(thing.laws) > 1:
         best, next_ = thing.laws[:2]
@@ -172,8 +178,8 @@ def _known(sight: Sight, told: Told) -> Known:
     for number, thing in enumerate(sight.things):
         if thing.kind == "dynamic_body" and thing.poses is not None:
             contacts[number] = thing.poses.rigid(RIGID)
-            flight = thing.flight
-            if flight is not None and flight.frames >= SEEN:
+            flight = _surest_flight(thing, sight)
+            if flight.frames >= SEEN:
                 longest = max(longest, flight.frames)
                 if flight.frames > LEAST:
                     flights[number] = sight.frame_time * (flight.frames - 1)
@@ -192,6 +198,19 @@ def _known(sight: Sight, told: Told) -> Known:
     seen = first.value if first.sure else None
     return Known(
         doubt, seen, contacts, _touched(sight.things), alone_until(sight.things)
+    )
+
+
+def _surest_flight(thing: Thing, sight: Sight) -> Flight:
+    """The flight of a body, the shortest one under any gravity that may be."""
+    assert thing.poses is not None
+    likely = sight.gravities[: 1 if sight.gravities[0].sure else None]
+    return min(
+        (
+            flight_of(thing.poses, g.value, sight.frame_time, sight.pixels.side)
+            for g in likely
+        ),
+        key=lambda flight: flight.frames,
     )
 
 
@@ -234,12 +253,17 @@ def _touched(things: Sequence[Thing]) -> list[int]:
     ]
     if not matter:
         return []
-    everywhere = np.any(matter, axis=0).astype(np.uint8)
-    near = cv2.dilate(everywhere, np.ones((NEAR, NEAR), np.uint8)) > 0
+    kernel = np.ones((NEAR, NEAR), np.uint8)
+    near = [
+        cv2.dilate(mask.astype(np.uint8), kernel) > 0 for mask in np.any(matter, axis=0)
+    ]
     return [
         number
         for number, thing in enumerate(things)
-        if thing.kind == "static_collider"
+        if thing.kind in ("static_collider", "kinematic_collider")
         and thing.track is not None
-        and bool((thing.track.masks[0] & near).any())
+        and any(
+            bool((mask & close).any())
+            for mask, close in zip(thing.track.masks, near, strict=True)
+        )
     ]

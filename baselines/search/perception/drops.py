@@ -20,6 +20,7 @@ FLIGHT: Final = 7  # frames of a drop that tells gravity
 MOST_FLIGHTS: Final = 6
 LEAST: Final = 12  # pixels of a drop
 COMPACT: Final = 0.6  # part of its box that a drop fills
+WHOLE: Final = 1.35  # growth in a frame of what does not come out little by little
 NEAR: Final = 5.0  # how far a drop is from where it is expected [px]
 NEAR_AT_FIRST: Final = 16.0  # the same, before its velocity is known [px]
 DRAWN_LARGER: Final = 0.2  # by the drawing, all around [px]
@@ -57,6 +58,7 @@ def drops_of(
     free = masks & (hit.beneath(pixels) == 0)
     free[: hit.frame + 1] = masks[: hit.frame + 1]
     found = [d for d in _followed(free, pixels) if len(d.frames) >= 3]
+    found = found or _at_once(masks, pixels)
     if not found:
         return None
     area = float(np.median([max(d.areas) for d in found]))
@@ -88,6 +90,21 @@ def _are_drops(masks: Mask, found: Sequence[_Drop]) -> bool:
     seen = [float(masks[k].sum()) for k in range(first, min(first + 4, len(masks)))]
     grows = len(seen) > 2 and seen[2] > 1.6 * seen[1] > 2.2 * seen[0]
     return len(found) >= 3 or (len(found) >= 1 and not grows)
+
+
+def _at_once(masks: Mask, pixels: Pixels) -> list[_Drop]:
+    """What is there as a whole when it is seen first, though something is near it."""
+    first = int(np.argmax(masks.any(axis=(1, 2))))
+    found = _followed(masks[first : first + 3], pixels)
+    for drop in found:
+        drop.frames = [first + k for k in drop.frames]
+    return [
+        drop
+        for drop in found
+        if len(drop.frames) > 1
+        and drop.frames[0] == first
+        and drop.areas[1] < WHOLE * drop.areas[0]
+    ]
 
 
 def _followed(masks: Mask, pixels: Pixels) -> list[_Drop]:
@@ -133,6 +150,7 @@ def flights_of_drops(masks: Mask, pixels: Pixels) -> list[Poses]:
             np.array(drop.places) - drop.places[0],
             np.zeros(len(drop.places)),
             np.ones(len(drop.places)),
+            len(drop.places),
         )
         for drop in found[:MOST_FLIGHTS]
     ]

@@ -1,7 +1,7 @@
 """Free flight: velocities of bodies and gravity, from their first poses."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,10 +18,13 @@ RIGID: Final = 0.75  # overlap of a body that is still followed well
 NEAR: Final = 0.3  # distance from a parabola that is no contact [px]
 LEAST: Final = 4  # frames of a flight
 SURE: Final = 7  # frames of a flight that tell gravity
+LONG: Final = 12  # frames of one that tell it though something else is near
+ALIKE: Final = 0.5  # difference of gravities that two bodies agree on [m/s^2]
+STRONGEST: Final = 12.0  # of gravities downward, as they are measured [m/s^2]
 WEAKEST: Final = -0.8  # of gravities; what falls slower lies on something [m/s^2]
 AT_REST: Final = 0.03  # speed that is none [m/s]
 STEP: Final = 1.0  # how much less one step between two frames tells of a speed
-SPINS: Final = 0.25  # rate of turn that is one [rad/s]
+SPINS: Final = (0.6, 10.0)  # rates of turn that are one: 1 to 8.4 in train [rad/s]
 EARTH: Final = (0.0, -9.8)  # [m/s^2]
 WEAK: Final = (0.0, -1.0)  # of 3 % of the train split, exactly [m/s^2]
 SAME: Final = {EARTH: 0.7, WEAK: 0.35}  # difference that is none [m/s^2]
@@ -61,7 +64,8 @@ def flight_of(
     v = np.array(last.velocity)
     if last.frames > 1:
         v[np.abs(v) < AT_REST * (1.0 + STEP / (last.frames - 1))] = 0.0
-    spin = last.spin if abs(last.spin) > SPINS and last.frames > 2 else 0.0
+    spins = SPINS[0] < abs(last.spin) < SPINS[1] and last.frames > 2
+    spin = last.spin if spins else 0.0
     return Flight((float(v[0]), float(v[1])), spin, last.frames, last.error)
 
 
@@ -86,30 +90,55 @@ def gravity_of(
     flights = [flight_of(poses, EARTH, frame_time, side) for poses in flying]
     longest = max((f.frames for f in flights), default=0)
     earth = Gravity(EARTH, sure=longest >= SURE)
-    found = []
-    for poses in flying:
+    found, bodies = [], []
+    for number, poses in enumerate(flying):
         for at_rest in (True, False):
-            told = _free(poses, frame_time, side, near, at_rest=at_rest)
-            if told is not None:
-                found.append((told[0] * (1.4 if at_rest else 1.0), *told))
+            for fall in _free(poses, frame_time, side, near, at_rest=at_rest):
+                weight = fall.frames * (1.4 if at_rest else 1.0)
+                found.append(((fall.sure, weight), fall))
+                bodies.append(number)
     if not found:
         return [earth]
-    _, frames, value = max(found, key=lambda each: each[0])
+    best = max(found, key=lambda each: each[0])[1]
+    value = best.value
     for usual, same in SAME.items():
         if math.dist(value, usual) < same:
             value = usual
     if value == EARTH:
         return [earth]
-    if frames < longest + 2:
+    if best.frames < longest + 2:
         return [earth, Gravity(value, sure=False)]
-    return [Gravity(value, sure=frames >= SURE), Gravity(EARTH, sure=False)]
+    agreeing = {
+        number
+        for number, (_, fall) in zip(bodies, found, strict=True)
+        if math.dist(fall.value, best.value) < ALIKE
+    }
+    sure = best.sure or best.frames >= LONG or len(agreeing) > 1
+    return [Gravity(value, sure=sure), Gravity(EARTH, sure=False)]
+
+
+@dataclass(frozen=True)
+class _Fall:
+    """A parabola."""
+
+    clear: bool
+    """Whether nothing was near meanwhile."""
+    frames: int
+    """That it lasts."""
+    value: tuple[float, float]
+    """Its acceleration [m/s^2]."""
+
+    @property
+    def sure(self) -> bool:
+        """Whether it tells gravity by itself."""
+        return self.clear and self.frames >= SURE
 
 
 def _free(
     poses: Poses, frame_time: float, side: int, near: float, *, at_rest: bool
-) -> tuple[int, tuple[float, float]] | None:
-    """Frames of the longest parabola, and its acceleration [m/s^2]."""
-    best = None
+) -> Iterator[_Fall]:
+    """The longest parabola while nothing else is near, and in any case."""
+    best: dict[bool, _Fall] = {}
     least = LEAST if at_rest else LEAST + 2
     for frames in range(least, poses.rigid(RIGID) + 1):
         time = frame_time * np.arange(frames)
@@ -121,6 +150,7 @@ def _free(
         if error > near:
             break
         x, y = float(z[0, 0]), float(z[0, 1])
-        if -12.0 < y < WEAKEST and abs(x) < abs(y):
-            best = frames, (round(x, 3), round(y, 3))
-    return best
+        if -STRONGEST < y < WEAKEST and abs(x) < abs(y):
+            clear = frames <= poses.clear
+            best[clear] = _Fall(clear, frames, (round(x, 3), round(y, 3)))
+    yield from best.values()

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.perception.pixels import WALL, Pixels
 from mpmworlds.sim.scene.objects import EMISSIONS
 
 Floats = npt.NDArray[np.float64]
@@ -24,7 +24,6 @@ SCALES: Final = ((1, 0.7, 1.0), (2, 1.0, 24.0), (4, 1.5, 480.0))
 USUAL: Final = 0.85  # rate of jets over the densest, in the middle of many
 UNUSUAL: Final = 0.15  # misfit that a rate far from it is worth, per squared log
 MARGIN: Final = 24  # pixels around what is seen
-WALL: Final = 6.0 / 128  # [m]
 REBOUND: Final = 0.06  # height above the first contact that nothing rebounds to [m]
 CLEAR: Final = 7  # pixels from other things within which nothing is told
 

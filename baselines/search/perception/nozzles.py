@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from mpmworlds.baselines.search.perception.drops import Drops, drops_of
 from mpmworlds.baselines.search.perception.evolution import evolve
-from mpmworlds.baselines.search.perception.flow import SPACING, WALL, Flow, Hit
-from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.perception.flow import SPACING, Flow, Hit
+from mpmworlds.baselines.search.perception.pixels import WALL, Pixels
 from mpmworlds.baselines.search.perception.tracks import Track
 from mpmworlds.sim.program.features.emission import GOLDEN
 
@@ -28,7 +28,7 @@ CROWDED: Final = 0.01  # misfit that a jet is worth which is so much denser, or 
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
-GOOD: Final = {"jet": 1.5, "rain": 0.5, "hose": 0.1}
+GOOD: Final = {"jet": 1.5, "rain": 0.0, "hose": 0.1}
 USUAL_WIDTH: Final = 0.05  # between the outermost drops of a nozzle [m]
 NAMES: Final = ("x", "y", "speed", "heading", "rate", "width", "start")
 MORE: Final = {"jet": (), "rain": ("radius",), "hose": ("swing", "period")}
@@ -130,7 +130,8 @@ def nozzles_of(
 
 
 def _kinds(drops: Drops | None) -> list[str]:
-    return ["rain", "jet"] if drops is not None and drops.steady else ["jet", "hose"]
+    steady = drops is not None and drops.steady
+    return ["rain", "jet"] if steady else ["jet", "rain", "hose"]
 
 
 def _first_hit(track: Track, pixels: Pixels, gravity: Sequence[float]) -> Hit:

@@ -13,6 +13,7 @@ Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Data = dict[str, Any]
 
+WALL: Final = 6.0 / 128  # thickness of walls [m]
 GROWN: Final = 0.22 / 256  # bodies are drawn by so much larger, all around [m]
 _SHARP: Final = 0.3  # of a pixel: how soon the fit of an edge forgives [px]
 

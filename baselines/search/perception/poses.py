@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 from typing import Final
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.baselines.search.perception.pixels import Data, Field, Pixels, Seen
+from mpmworlds.baselines.search.perception.pixels import WALL, Data, Field, Pixels, Seen
 from mpmworlds.baselines.search.perception.simplex import descend
 from mpmworlds.baselines.search.perception.tracks import Track
 
@@ -14,6 +15,7 @@ Floats = npt.NDArray[np.float64]
 
 LOST: Final = 0.6  # overlap below which a shape is not followed any further
 ROUND: Final = ("circle",)
+REACH: Final = 4  # pixels within which things push each other: two cells of the grid
 FIRST_TURNS: Final = (-0.4, -0.2, -0.08, 0.08, 0.2, 0.4)  # per frame [rad]
 
 
@@ -27,6 +29,8 @@ class Poses:
     """Turn about the center, (n,) [rad]."""
     iou: Floats
     """Overlap of the displaced shape with what is seen, (n,)."""
+    clear: int
+    """Number of first frames in which nothing is near that might push it."""
 
     def __len__(self) -> int:
         return len(self.turn)
@@ -85,4 +89,18 @@ def poses_of(track: Track, shape: Data, pixels: Pixels, grown: float = 0.0) -> P
         if ious[-1] < LOST:
             break
     all_ = np.array(found)
-    return Poses(all_[:, :2], all_[:, 2], np.array(ious))
+    return Poses(all_[:, :2], all_[:, 2], np.array(ious), _clear(track, len(all_)))
+
+
+def _clear(track: Track, count: int) -> int:
+    """First frames, at most `count`, in which nothing is near to a thing."""
+    side = track.masks.shape[1]
+    edge = round(WALL * side)
+    free = np.zeros((side, side), np.bool_)
+    free[edge : side - edge, edge : side - edge] = True
+    kernel = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
+    for number in range(count):
+        near = cv2.dilate(track.masks[number].astype(np.uint8), kernel) > 0
+        if (near & (track.hidden[number] | ~free)).any():
+            return number
+    return count

@@ -20,6 +20,11 @@ HANDICAP: Final = {
     "fan_blades": 0.004,
     "rounded_box": 0.010,
 }
+OBLONG: Final = (
+    1.2  # ratio of axes; that of ellipses of the train split is 1.37 or more
+)
+ROUNDED: Final = 0.85  # part of a side that is round
+NO_CIRCLE: Final = 0.012  # overlap by which what is round must fit better than a circle
 PER_CORNER: Final = 0.0035
 MOST_CORNERS: Final = 16
 GOOD: Final = 0.975  # overlap after which polygons of more corners are not tried
@@ -90,7 +95,16 @@ def _merit(fit: Fit) -> float:
     kind = fit.shape["type"]
     if kind == "polygon":
         return fit.iou - PER_CORNER * len(fit.shape["vertices"])
-    return fit.iou - HANDICAP[kind]
+    return fit.iou - HANDICAP[kind] - (NO_CIRCLE if _is_round(fit.shape) else 0.0)
+
+
+def _is_round(shape: Data) -> bool:
+    """Whether it is an ellipse or a rounded box that is meant for a circle."""
+    lengths = shape.get("semi_axes") or shape.get("size") or (1.0, 0.0)
+    if max(lengths) > OBLONG * min(lengths):
+        return False
+    radius = shape.get("corner_radius", 0.0)
+    return bool(shape["type"] == "ellipse" or 2.0 * radius > ROUNDED * min(lengths))
 
 
 def _fitted(start: Start, seen: Seen, grown: float) -> Fit:

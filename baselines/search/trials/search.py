@@ -32,6 +32,7 @@ LEAST_LIKELY: Final = 1.0  # loss of a class that nothing is known of
 ENOUGH: Final = 5  # frames that tell a class where nothing else interferes
 FINALISTS: Final = 3  # classes of matter that see the whole prefix
 RIVALS: Final = 3  # classes that each thing is tried with by itself
+CONTACTS: Final = ("separate", "sticky", "slip")  # of colliders, the usual one first
 BELT_GAIN: Final = 0.004  # loss that a belt must save
 BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
 BELTS: Final = ("box", "capsule", "rounded_box")
@@ -59,7 +60,7 @@ class Known:
     """First frames by which things of matter have touched something, by their numbers.
     """
     touched: Sequence[int]
-    """Numbers of still things that matter comes near to."""
+    """Numbers of colliders that matter comes near to."""
     alone: Mapping[int, int]
     """Frames until things of matter touch each other, by their numbers; none of those
     that do not."""
@@ -255,6 +256,21 @@ class Search:
             changed["environment"]["walls"] |= walls
             self._try(changed, f"walls {law} {friction}")
 
+    def _contacts(self) -> None:
+        """Other laws of colliders, once."""
+        if self._looks != 1:
+            return
+        for number in self._known.touched:
+            if "contact" in self._told(number):
+                continue
+            before = self.best.data
+            for law in CONTACTS:
+                changed = copy.deepcopy(before)
+                contact = changed["objects"][number]["contact"]
+                if contact["type"] != law:
+                    contact["type"] = law
+                    self._try(changed, f"{number} {law}")
+
     def _each_by_itself(self) -> None:
         """Each thing of another class than the others, one by one and in pairs."""
         sought = self._sought(self.best.data)
@@ -279,7 +295,12 @@ class Search:
         for number in self._known.touched:
             thing = self.best.data["objects"][number]
             told = self._told(number)
-            if thing["shape"]["type"] not in BELTS or told.get("object_type"):
+            still = thing["object_type"] == "static_collider"
+            if (
+                not still
+                or thing["shape"]["type"] not in BELTS
+                or told.get("object_type")
+            ):
                 continue
             before = self.best
             for speed in BELT_SPEEDS:
@@ -300,6 +321,7 @@ class Search:
             before = self.best
             self._fit_together(before)
             self._other_walls()
+            self._contacts()
             self._classes_again()
             self._runner_up()
             if self.best.loss > (1.0 - WORTHWHILE) * before.loss:

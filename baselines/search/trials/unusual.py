@@ -38,7 +38,8 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     matter = sum(rare(name, prior) for name in names) / max(len(names), 1)
     jets = sum(map(_crowded, data["objects"]))
     pull = RARE * (gravity is None and not customary(data, prior))
-    return matter + extra + walls + jets + pull + _astray(data, gravity)
+    laws = sum(map(_other_law, data["objects"]))
+    return matter + extra + walls + jets + pull + laws + _astray(data, gravity)
 
 
 def customary(data: Data, prior: Prior) -> bool:
@@ -48,6 +49,12 @@ def customary(data: Data, prior: Prior) -> bool:
     """
     gravity = list(data["environment"]["gravity"])
     return any(list(usual["value"]) == gravity for usual in prior.gravities)
+
+
+def _other_law(thing: Data) -> float:
+    """Nine of ten colliders have one law of contact, the others either of two."""
+    separate = thing.get("contact", {}).get("type", "separate") == "separate"
+    return 0.0 if separate else rarity(0.05)
 
 
 def _crowded(thing: Data) -> float:
