@@ -47,7 +47,7 @@ NEAR: Final = 9  # side of the square around matter within which things are touc
 class Budget:
     """What a search may take."""
 
-    runs: int = 200
+    runs: int = 800
     """Runs of the prefix."""
     minutes: float = 4.0
     """Estimated minutes of one core that these runs take."""
@@ -247,7 +247,7 @@ def _doubted(seen: Gravity, told: Told, longest: int) -> Sequence[int]:
 
 def _touched(things: Sequence[Thing]) -> list[int]:
     matter = [
-        thing.track.masks.any(axis=0)
+        thing.track.masks
         for thing in things
         if thing.track is not None and thing.kind in ("dynamic_body", "emitter")
     ]

@@ -25,10 +25,10 @@ TIMEOUT: Final = 240.0  # seconds of one run, which only a fault takes
 LOST: Final = Losses(2.0, {})  # loss of a scene that cannot be run
 # Estimated seconds of a run on one core: what reading and comparing frames takes, what
 # compiling takes where nothing like it was run before, a step, and moves of particles.
-FRAMES: Final = 0.4
-COMPILING: Final = 2.2
-STEP: Final = 1.3e-4
-MOVES_PER_SECOND: Final = 6.3e6
+FRAMES: Final = 0.1
+COMPILING: Final = 0.7
+STEP: Final = 2.2e-4
+MOVES_PER_SECOND: Final = 1.2e7
 
 
 class BudgetSpent(Exception):
