@@ -30,7 +30,7 @@ Data = dict[str, Any]
 
 LAWFUL: Final = 0.8  # distance from a law of motion that is none [px]
 FOLLOWED: Final = 0.82  # overlap of nearly all frames of what moves as a whole
-CALLS: Final = 350  # free flights that a nozzle is fitted by
+CALLS: Final = 1500  # free flights that a nozzle is fitted by
 POLYGON: Final = "polygon"
 
 

@@ -114,7 +114,7 @@ def infer(
             "nothing that moves like matter is seen, so there is nothing to simulate"
         )
     with Lab(labels, form, budget.runs, 60.0 * budget.minutes, progress) as lab:
-        search = Search(lab, usual, _known(sight, told))
+        search = Search(lab, usual, _known(sight, told), seed)
         search.run(scenes)
     texts, trials = [], []
     end = sight.frame_time * (len(labels.numbers) - 1)

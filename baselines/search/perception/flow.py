@@ -22,6 +22,7 @@ COVERS: Final = 0.4 * math.pi * BALL**2 / 3
 SCALES: Final = ((1, 0.7, 1.0), (2, 1.0, 24.0), (4, 1.5, 480.0))
 """Of comparison: reduction of the image, blur after it [px], and weight."""
 USUAL: Final = 0.85  # rate of jets over the densest, in the middle of many
+DENSEST: Final = 1.2  # of particles at rest; few of the train split are denser
 UNUSUAL: Final = 0.15  # misfit that a rate far from it is worth, per squared log
 MARGIN: Final = 24  # pixels around what is seen
 REBOUND: Final = 0.06  # height above the first contact that nothing rebounds to [m]
@@ -116,7 +117,7 @@ class Flow:
         emission = nozzle["emission"]
         width, speed = nozzle["width"], math.hypot(*emission["velocity"])
         dense = emission["rate"] * SPACING**2 / (width * speed)
-        if dense > 1.0 and emission["type"] != "rain":
+        if dense > DENSEST:
             return float(20.0 + 10.0 * dense)
         total = 0.0
         g = np.asarray(gravity)

@@ -23,8 +23,11 @@ Data = dict[str, Any]
 MOST_FRAMES: Final = 9  # that a fit compares
 LONGEST: Final = 26  # frames that count at most
 DENSE: Final = 0.85  # of the densest jet: how dense most are
-SPREAD: Final = 0.18  # of its logarithm, among jets and hoses of the train split
-CROWDED: Final = 0.01  # misfit that a jet is worth which is so much denser, or less
+# How dense most are, and the deviation of its logarithm, in the train split.
+USUAL: Final = {"jet": (DENSE, 0.18), "hose": (DENSE, 0.18), "rain": (0.062, 0.5)}
+# Misfit that one is worth which is so much denser, or less.
+CROWDED: Final = {"jet": 0.01, "hose": 0.01, "rain": 0.001}
+WIDE: Final = (0.38, 0.5)  # width of rain [m] and the deviation of its logarithm
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
@@ -112,7 +115,7 @@ def nozzles_of(
             ) -> float:
                 trial = numbers | dict(zip(names, map(float, x), strict=True))
                 misfit = flows[kind].misfit(_nozzle(kind, trial), gravity)
-                return misfit if kind == "rain" else misfit + _crowded(trial)
+                return misfit + _unusual(kind, trial)
 
             error, x = evolve(
                 cost,
@@ -285,18 +288,23 @@ def _spread(side: Floats, numbers: Floats) -> tuple[float, float]:
     return float((side - width * part).mean()), width
 
 
-def _crowded(v: Mapping[str, float]) -> float:
-    """Misfit that makes up for how unusually dense a jet is."""
+def _unusual(kind: str, v: Mapping[str, float]) -> float:
+    """Misfit that makes up for how unusually dense or narrow one is."""
     speed = max(abs(v["speed"]), 0.06)
-    return CROWDED * crowding(math.exp(v["rate"]), math.exp(v["width"]), speed) ** 2
+    deviations = crowding(kind, math.exp(v["rate"]), math.exp(v["width"]), speed) ** 2
+    if kind == "rain":
+        usual, spread = WIDE
+        deviations += ((v["width"] - math.log(usual)) / spread) ** 2
+    return CROWDED[kind] * deviations
 
 
-def crowding(rate: float, width: float, speed: float) -> float:
-    """How much denser than most a jet is, in standard deviations.
+def crowding(kind: str, rate: float, width: float, speed: float) -> float:
+    """How much denser than most of its kind one is, in standard deviations.
 
     Rate [1/s], width [m] and speed [m/s] trade against each other in what is seen.
     """
-    return math.log(rate * SPACING**2 / (DENSE * width * speed)) / SPREAD
+    usual, spread = USUAL[kind]
+    return math.log(rate * SPACING**2 / (usual * width * speed)) / spread
 
 
 def _numbers_told(told: Mapping[str, Any]) -> dict[str, float]:

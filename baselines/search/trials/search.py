@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+import numpy as np
+
 from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
@@ -45,6 +47,9 @@ LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubte
 WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another one
 ROUNDS: Final = 6  # of refinement and doubt
 HOPELESS: Final = 2.0  # loss over the best one's of a class that is not doubted again
+DRAWN_ALIKE: Final = 0.015  # loss of a scene after which nothing is sought elsewhere
+SCATTER: Final = 1.5  # first steps that numbers are moved by to begin again, about
+SWAPPED: Final = 0.4  # how often a class, or the walls, are others then
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 
 
@@ -77,10 +82,13 @@ class Search:
         What is usual.
     known
         What is not to be sought.
+    seed
+        Which draws.
     """
 
-    def __init__(self, lab: Lab, prior: Prior, known: Known) -> None:
+    def __init__(self, lab: Lab, prior: Prior, known: Known, seed: int = 0) -> None:
         self._lab, self._prior, self._known = lab, prior, known
+        self._random = np.random.Generator(np.random.Philox(seed))
         self._rankings: dict[int, list[str]] = {}
         self._lines: dict[str, Line] = {}
         self._looks = 0  # at all numbers of a scene
@@ -103,6 +111,7 @@ class Search:
             self._each_by_itself()
             self._belts()
             self._refine_all()
+            self._elsewhere()
         except BudgetSpent:
             pass
         if not self.trials:  # the budget is of no run
@@ -331,6 +340,36 @@ class Search:
             if rival.loss < RUNNER_UP * self.best.loss:
                 self._fit_together(rival)
                 self._refine(rival)
+
+    def _elsewhere(self) -> None:
+        """Begin again at some distance from the best scene, with what time is left."""
+        while self._lab.left > 0.0 and self.best.loss > DRAWN_ALIKE:
+            before = self.best
+            data = self._scattered(before.data)
+            self._fit_together(self._try(data, "elsewhere"))
+            if self.best is not before:
+                self._refine_all()
+
+    def _scattered(self, data: Data) -> Data:
+        """Numbers of a scene somewhere else; now and then a class or the walls, too."""
+        draw = self._random
+        sought = self._sought(data)
+        if sought and draw.random() < SWAPPED:
+            number = int(draw.choice(sought))
+            rivals = self._rankings[number][:RIVALS]
+            data = copy.deepcopy(data)
+            self._turn(data, number, str(draw.choice(rivals)), alike=True)
+        if self._known.doubt.walls and draw.random() < SWAPPED:
+            shares = np.array([w["share"] for w in self._prior.walls])
+            law = self._prior.walls[draw.choice(len(shares), p=shares / shares.sum())]
+            data = copy.deepcopy(data)
+            data["environment"]["walls"] |= {
+                "contact": law["contact"],
+                "friction": float(draw.choice(law["frictions"])),
+            }
+        for move in self._moves(data, self._lab.losses(self.best.data).by_color):
+            data = move.of(data, SCATTER * move.step * draw.standard_normal())
+        return data
 
     def _classes_again(self) -> None:
         """Other classes with the numbers and walls of the best scene."""

@@ -12,7 +12,7 @@ Data = dict[str, Any]
 
 SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
 SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
-THIN: Final = 0.001  # loss that a jet is worth which is a deviation denser, or less
+THIN: Final = 0.001  # loss that one is worth which is a deviation denser, or less
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
 RARE: Final = 0.01  # loss that a gravity is worth which is neither usual nor seen
@@ -58,12 +58,15 @@ def _other_law(thing: Data) -> float:
 
 
 def _crowded(thing: Data) -> float:
-    """Jets are about as dense as fits: rate and width trade against each other."""
-    emission = thing.get("emission", {})
-    if emission.get("type") not in ("jet", "hose"):
+    """What is poured is about as dense as most: rate and width trade for each other."""
+    emission = thing.get("emission")
+    if emission is None:
         return 0.0
     width, speed = thing["shape"]["size"][0], math.hypot(*emission["velocity"])
-    return THIN * crowding(emission["rate"], width, max(speed, 0.01)) ** 2
+    return (
+        THIN
+        * crowding(emission["type"], emission["rate"], width, max(speed, 0.01)) ** 2
+    )
 
 
 def rare(name: str, prior: Prior) -> float:
