@@ -121,6 +121,7 @@ def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
 def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Move]:
     """How a body is built: its size, which is seen to a fifth of a pixel, and angle."""
     if not known.get("physics_properties", {}).get("density"):
+        yield _scaling(number, ("physics_properties", "density"), 0.15, 0.25)
         if "poissons_ratio" in thing["physics_properties"]:
             path = ("physics_properties", "poissons_ratio")
             yield _scaling(number, path, 0.08, 0.3)

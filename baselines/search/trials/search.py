@@ -48,8 +48,10 @@ WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another 
 ROUNDS: Final = 6  # of refinement and doubt
 HOPELESS: Final = 2.0  # loss over the best one's of a class that is not doubted again
 DRAWN_ALIKE: Final = 0.015  # loss of a scene after which nothing is sought elsewhere
-SCATTER: Final = 1.5  # first steps that numbers are moved by to begin again, about
-SWAPPED: Final = 0.4  # how often a class, or the walls, are others then
+SCATTER: Final = 0.4  # first steps that numbers are moved by to begin again, about
+FARTHEST: Final = 1.5  # the most of them
+GROWTH: Final = 1.4  # of that distance after one that was worth a look
+SWAPPED: Final = 0.2  # how often a class is another one then, and how often the walls
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 
 
@@ -342,33 +344,49 @@ class Search:
                 self._refine(rival)
 
     def _elsewhere(self) -> None:
-        """Begin again at some distance from the best scene, with what time is left."""
+        """Begin again at some distance from the best scene, with what time is left.
+
+        The distance grows while that leads to scenes that are worth a look, and shrinks
+        where numbers are known so well that it leads astray.
+        """
+        scatter = SCATTER
         while self._lab.left > 0.0 and self.best.loss > DRAWN_ALIKE:
             before = self.best
-            data = self._scattered(before.data)
-            self._fit_together(self._try(data, "elsewhere"))
+            swapped = self._swapped(before.data)
+            data = self._scattered(swapped or before.data, scatter)
+            trial = self._try(data, "elsewhere")
+            worth = trial.loss < RUNNER_UP * before.loss
+            if worth:
+                self._fit_together(trial)
+            if not swapped:
+                scatter = min(scatter * (GROWTH if worth else 1.0 / GROWTH), FARTHEST)
             if self.best is not before:
                 self._refine_all()
 
-    def _scattered(self, data: Data) -> Data:
-        """Numbers of a scene somewhere else; now and then a class or the walls, too."""
-        draw = self._random
+    def _swapped(self, data: Data) -> Data | None:
+        """A scene with another class of a thing or other walls; mostly none."""
+        draw, changed = self._random, copy.deepcopy(data)
         sought = self._sought(data)
-        if sought and draw.random() < SWAPPED:
+        what = draw.random()
+        if sought and what < SWAPPED:
             number = int(draw.choice(sought))
             rivals = self._rankings[number][:RIVALS]
-            data = copy.deepcopy(data)
-            self._turn(data, number, str(draw.choice(rivals)), alike=True)
-        if self._known.doubt.walls and draw.random() < SWAPPED:
+            self._turn(changed, number, str(draw.choice(rivals)), alike=True)
+        elif self._known.doubt.walls and what > 1.0 - SWAPPED:
             shares = np.array([w["share"] for w in self._prior.walls])
             law = self._prior.walls[draw.choice(len(shares), p=shares / shares.sum())]
-            data = copy.deepcopy(data)
-            data["environment"]["walls"] |= {
+            changed["environment"]["walls"] |= {
                 "contact": law["contact"],
                 "friction": float(draw.choice(law["frictions"])),
             }
-        for move in self._moves(data, self._lab.losses(self.best.data).by_color):
-            data = move.of(data, SCATTER * move.step * draw.standard_normal())
+        return None if changed == data else changed
+
+    def _scattered(self, data: Data, scatter: float) -> Data:
+        """A scene whose numbers are moved by some first steps, about."""
+        by_color = self._lab.losses(self.best.data).by_color
+        for move in self._moves(data, by_color, fine=True):
+            by = scatter * move.step * self._random.standard_normal()
+            data = move.of(data, by)
         return data
 
     def _classes_again(self) -> None:
