@@ -119,7 +119,7 @@ def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
 
 
 def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Move]:
-    """How a body is built: its size, which is seen to a fifth of a pixel, and angle."""
+    """How a body is built: its size, seen to a fifth of a pixel, place and angle."""
     if not known.get("physics_properties", {}).get("density"):
         yield _scaling(number, ("physics_properties", "density"), 0.15, 0.25)
         if "poissons_ratio" in thing["physics_properties"]:
@@ -132,6 +132,9 @@ def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Mo
         scaled(data["objects"][number]["shape"], math.exp(by))
 
     yield Move(f"{number}.size", 0.01, 0.2, larger)
+    if "center" not in (known.get("shape") or {}):
+        for axis in (0, 1):
+            yield Move(f"{number}.center[{axis}]", 0.0004, 0.2, _aside(number, axis))
     if "angle_deg" in thing["shape"] and "angle_deg" not in (known.get("shape") or {}):
         yield Move(f"{number}.angle", 0.3, 0.2, _turned(number))
     if sides := SIDES & thing["shape"].keys():
@@ -143,6 +146,15 @@ def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Mo
             shape[key] = [width * math.exp(by), height * math.exp(-by)]
 
         yield Move(f"{number}.aspect", 0.01, 0.2, wider)
+
+
+def _aside(number: int, axis: int) -> Callable[[Data, float], None]:
+    def change(data: Data, by: float) -> None:
+        center = list(data["objects"][number]["shape"]["center"])
+        center[axis] += by
+        data["objects"][number]["shape"]["center"] = center
+
+    return change
 
 
 def _turned(number: int) -> Callable[[Data, float], None]:
