@@ -24,7 +24,7 @@ OBLONG: Final = (
     1.2  # ratio of axes; that of ellipses of the train split is 1.37 or more
 )
 ROUNDED: Final = 0.85  # part of a side that is round
-NO_CIRCLE: Final = 0.012  # overlap by which what is round must fit better than a circle
+NO_CIRCLE: Final = 0.05  # overlap that tells what is round from a circle; none is so
 PER_CORNER: Final = 0.0035
 MOST_CORNERS: Final = 16
 GOOD: Final = 0.975  # overlap after which polygons of more corners are not tried

@@ -114,6 +114,61 @@ def test_rain_is_measured_by_its_drops(poured):
     assert nozzle.shape["size"][0] == pytest.approx(0.3, rel=0.12)
 
 
+def test_one_drop_is_rain_though_something_is_near_it():
+    data = world("still", "rain").to_data()
+    still, rain = data["objects"]
+    rain["shape"] |= {"center": [0.5, 0.8], "size": [0.3, 0.05]}
+    rain["emission"] |= {"rate": 1000.0, "drop_radius": 0.045}  # each 0.42 s
+    still["shape"] |= {"center": [0.4, 0.655], "angle_deg": 90.0}
+    sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
+    nozzle = sight.things[1].nozzles[0]
+    assert nozzle.emission["type"] == "rain"
+    assert nozzle.emission["drop_radius"] == pytest.approx(0.045, rel=0.1)
+
+
+def test_a_body_that_is_pushed_tells_no_gravity():
+    """What bends its way looks like a pull aside."""
+    data = world("brick", "bowl").to_data()
+    brick, bowl = data["objects"]
+    brick["physics_properties"] = prior().typical("snow")
+    brick["shape"] |= {"center": [0.5, 0.6], "angle_deg": 0.0}
+    brick["initial_state"] = {"velocity": [-1.5, -1.0], "angular_velocity": 0.0}
+    bowl["shape"] = {"type": "circle", "center": [0.3, 0.45], "radius": 0.1}
+    bowl["kinematics"]["amplitude"] = [0.03, 0.0]
+    sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
+    assert any(g.value == (0.0, -9.8) for g in sight.gravities)
+    assert sight.gravities[0].value == (0.0, -9.8) or not sight.gravities[0].sure
+
+
+def test_what_lies_near_is_pushed_from_the_first_frame_on():
+    """Frames in which nothing is near are counted."""
+    brick = seen("brick", "ball")[2][0]
+    assert brick.poses.clear > 8
+    data = world("brick", "ball").to_data()
+    data["objects"][0]["shape"]["center"] = [0.455, 0.55]  # beside the ball
+    frames = prefix_of(checked(data))
+    things = look(labels_of(frames), PIXELS, FRAME, Told(), seed=0).things
+    assert [thing.poses.clear for thing in things] == [0, 0]
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"type": "ellipse", "angle_deg": -110.0, "semi_axes": [0.0521, 0.053]},
+        {
+            "type": "rounded_box",
+            "angle_deg": -3.0,
+            "size": [0.088, 0.085],
+            "corner_radius": 0.04,
+        },
+    ],
+    ids=lambda shape: shape["type"],
+)
+def test_what_is_nearly_round_is_a_circle(shape):
+    mask = covered(shape | {"center": [0.47, 0.52]}, PIXELS)
+    assert fit_shape(mask, PIXELS).shape["type"] == "circle"
+
+
 @pytest.mark.parametrize("name", SHAPES)
 def test_every_shape_is_told_from_the_others(name):
     shape = EXAMPLES[name] | {"type": name, "center": [0.47, 0.52]}

@@ -98,8 +98,9 @@ def test_what_shows_least_is_moved_only_where_all_else_is_near():
         for fine in (False, True)
     )
     assert fine.keys() - coarse.keys() == {
-        *("0.physics_properties.poissons_ratio", "0.size", "0.aspect", "0.angle"),
-        "1.physics_properties.poissons_ratio",
+        *("0.physics_properties.poissons_ratio", "0.physics_properties.density"),
+        *("0.size", "0.aspect", "0.angle", "0.center[0]", "0.center[1]"),
+        *("1.physics_properties.poissons_ratio", "1.physics_properties.density"),
     }
     wider = fine["0.aspect"].of(data, 0.1)["objects"][0]["shape"]["size"]
     before = data["objects"][0]["shape"]["size"]

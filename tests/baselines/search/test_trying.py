@@ -156,6 +156,19 @@ def test_scenes_that_are_a_little_off_are_repaired():
         )
 
 
+def test_a_nozzle_steps_back_from_what_it_would_pour_on():
+    data = world("still", "rain").to_data()
+    still, rain = data["objects"]
+    still["shape"] = {"type": "box", "center": [0.4, 0.6], "size": [0.08, 0.4]}
+    rain["shape"]["center"] = [0.5, 0.812]  # its lower edge is below the box's upper
+    with pytest.raises(ValueError, match="overlaps"):
+        Scene.from_data(data)
+    fixed = Scene.from_yaml(written(data)).to_data()["objects"][1]
+    assert fixed["shape"]["center"] == pytest.approx([0.5, 0.82], abs=0.01)
+    assert fixed["shape"]["size"][0] == pytest.approx(0.3, rel=0.05)
+    assert fixed["emission"]["rate"] == rain["emission"]["rate"]
+
+
 def test_scenes_that_are_far_off_are_not():
     data = world("brick", "still").to_data()
     data["objects"][1]["visualization"]["color"] = "#F45F2D"  # too near to the other
