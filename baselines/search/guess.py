@@ -11,6 +11,7 @@ from mpmworlds.baselines.search.perception.colors import Labels
 from mpmworlds.baselines.search.perception.drops import flights_of_drops
 from mpmworlds.baselines.search.perception.flight import (
     EARTH,
+    LONG,
     Flight,
     Gravity,
     flight_of,
@@ -29,7 +30,7 @@ from mpmworlds.sim.scene.objects import SHAPES
 Data = dict[str, Any]
 
 LAWFUL: Final = 0.8  # distance from a law of motion that is none [px]
-FOLLOWED: Final = 0.82  # overlap of nearly all frames of what moves as a whole
+FOLLOWED: Final = 0.94  # overlap of nearly all frames of what moves as a whole
 CALLS: Final = 1500  # free flights that a nozzle is fitted by
 POLYGON: Final = "polygon"
 
@@ -211,7 +212,7 @@ def _gravities(
             if thing.kind == "emitter" and thing.track is not None
             for flight in flights_of_drops(thing.track.masks, pixels)
         ]
-        if len(drops) >= 2:
+        if len(drops) >= 2 or any(len(drop) >= LONG for drop in drops):
             found = gravity_of(drops, frame_time, pixels.side, near=0.7)
     pulls = told.pulls
     if pulls is None:

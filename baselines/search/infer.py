@@ -37,6 +37,8 @@ Data = dict[str, Any]
 
 RIVAL_NOZZLE: Final = 2.5  # misfit over the best one's of a nozzle that is tried, too
 RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, too [px]
+# Gravities that are tried where flights tell none, about the middle of the unusual ones.
+UNUSUAL: Final = ((-1.6, -4.5), (1.6, -4.5), (-1.6, -7.5), (1.6, -7.5))
 SEEN: Final = 2  # frames after which a body that starts at rest is known to
 LONG: Final = 12  # frames of a flight that leave nothing to be refined
 APART: Final = 2  # pixels between things that do not touch yet
@@ -147,7 +149,7 @@ def _readings(
     if first.sure or told.pulls is not None:
         return
     customary = [tuple(g["value"]) for g in usual.gravities]
-    others = [g.value for g in sight.gravities[1:]] + customary
+    others = [g.value for g in sight.gravities[1:]] + customary + list(UNUSUAL)
     for gravity in dict.fromkeys(others):
         if gravity == first.value:
             continue

@@ -19,6 +19,7 @@ NEAR: Final = 0.3  # distance from a parabola that is no contact [px]
 LEAST: Final = 4  # frames of a flight
 SURE: Final = 7  # frames of a flight that tell gravity
 LONG: Final = 12  # frames of one that tell it though something else is near
+FREELY: Final = 3  # more frames of flights, of all bodies, that tell another one
 ALIKE: Final = 0.5  # difference of gravities that two bodies agree on [m/s^2]
 STRONGEST: Final = 12.0  # of gravities downward, as they are measured [m/s^2]
 WEAKEST: Final = -0.8  # of gravities; what falls slower lies on something [m/s^2]
@@ -87,9 +88,21 @@ def gravity_of(
     Bodies that start at rest tell it from few frames, others from more; `near` is the
     distance from a parabola that is no contact [px].
     """
-    flights = [flight_of(poses, EARTH, frame_time, side) for poses in flying]
-    longest = max((f.frames for f in flights), default=0)
-    earth = Gravity(EARTH, sure=longest >= SURE)
+    flights = {
+        usual: [flight_of(poses, usual, frame_time, side) for poses in flying]
+        for usual in SAME
+    }
+    longest = max((f.frames for f in flights[EARTH]), default=0)
+    customary = [Gravity(EARTH, sure=longest >= SURE)]
+    if not customary[0].sure:  # not that of the earth if free bodies fly otherwise
+        freely = {
+            usual: sum(
+                min(f.frames, p.clear) for f, p in zip(some, flying, strict=True)
+            )
+            for usual, some in flights.items()
+        }
+        others = [g for g in SAME if freely[g] > freely[EARTH] + FREELY]
+        customary = [*(Gravity(g, sure=False) for g in others), *customary]
     found, bodies = [], []
     for number, poses in enumerate(flying):
         for at_rest in (True, False):
@@ -98,16 +111,17 @@ def gravity_of(
                 found.append(((fall.sure, weight), fall))
                 bodies.append(number)
     if not found:
-        return [earth]
+        return customary
     best = max(found, key=lambda each: each[0])[1]
     value = best.value
     for usual, same in SAME.items():
         if math.dist(value, usual) < same:
             value = usual
     if value == EARTH:
-        return [earth]
+        return [Gravity(EARTH, sure=longest >= SURE)]
     if best.frames < longest + 2:
-        return [earth, Gravity(value, sure=False)]
+        rest = [] if value == customary[0].value else [Gravity(value, sure=False)]
+        return [*customary, *rest]
     agreeing = {
         number
         for number, (_, fall) in zip(bodies, found, strict=True)

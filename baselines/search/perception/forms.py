@@ -151,19 +151,23 @@ def polygons(mask: Mask, pixels: Pixels, most: int) -> Iterator[Start]:
     fine = cv2.resize(padded, None, fx=4, fy=4, interpolation=cv2.INTER_NEAREST)
     fine = (cv2.GaussianBlur(fine * 255, (0, 0), 2.0) > 127).astype(np.uint8)
     contours, _ = cv2.findContours(fine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    largest = max(contours, key=cv2.contourArea)
+    outlines = [max(contours, key=cv2.contourArea)]
+    if len(contours) > 1:  # something in front of it cuts it into pieces
+        outlines.append(cv2.convexHull(np.concatenate(contours)))
     counts = set()
     for tolerance in (10.0, 7.0, 5.0, 3.5, 2.5):
-        corners = cv2.approxPolyDP(largest, tolerance, True)[:, 0].astype(np.float64)
-        if not 3 <= len(corners) <= most or len(corners) in counts:
-            continue
-        counts.add(len(corners))
-        at = (corners + 0.5) / 4.0 - 1.0  # in pixels, from the edge of the image
-        x = (at[:, 0] - 0.5 + pixels.middle) / pixels.side
-        y = 1.0 - (at[:, 1] - 0.5 + pixels.middle) / pixels.side
-        numbers = np.stack([x, y], axis=1)[::-1].ravel()
-        step = 1.0 / pixels.side
-        yield Start("polygon", tuple(numbers), (step,) * len(numbers), polygon)
+        for number, outline in enumerate(outlines):
+            corners = cv2.approxPolyDP(outline, tolerance, True)[:, 0].astype(float)
+            if (number, len(corners)) in counts or not 3 <= len(corners) <= most:
+                continue
+            counts.add((number, len(corners)))
+            at = (corners + 0.5) / 4.0 - 1.0  # in pixels, from the edge of the image
+            x = (at[:, 0] - 0.5 + pixels.middle) / pixels.side
+            y = 1.0 - (at[:, 1] - 0.5 + pixels.middle) / pixels.side
+            # Hulls go the other way around than contours do.
+            numbers = np.stack([x, y], axis=1)[:: -1 if number == 0 else 1].ravel()
+            step = 1.0 / pixels.side
+            yield Start("polygon", tuple(numbers), (step,) * len(numbers), polygon)
 
 
 def polygon(v: Sequence[float]) -> Data:

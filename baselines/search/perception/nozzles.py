@@ -32,6 +32,13 @@ DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
 GOOD: Final = {"jet": 1.5, "rain": 0.0, "hose": 0.1}
+MANY_DROPS: Final = 5  # that tell their numbers by their places
+GAPS: Final = (
+    0.5,
+    1.15,
+    240,
+)  # times between drops, in those between drops that are seen
+FIRST_DROPS: Final = 3  # numbers that the first one that is seen may have
 USUAL_WIDTH: Final = 0.05  # between the outermost drops of a nozzle [m]
 NAMES: Final = ("x", "y", "speed", "heading", "rate", "width", "start")
 MORE: Final = {"jet": (), "rain": ("radius",), "hose": ("swing", "period")}
@@ -241,6 +248,8 @@ class _Start:
         level = 0.5 * (along.max() - speed * self._frame + along.min())
         born = seen - np.clip((along - level) / speed, 0.0, self._frame)
         numbers, gap = _numbered(born, len(self._masks) * self._frame)
+        if len(born) >= MANY_DROPS:
+            numbers, gap = _in_golden_order(born, places @ across) or (numbers, gap)
         start = float(np.mean(born - gap * (numbers + 0.5)))
         if "start" in self._told or start < 0.7 * self._frame:
             level -= speed * (self._told.get("start", 0.0) - start)
@@ -274,6 +283,31 @@ def _numbered(born: Floats, seen: float) -> tuple[Floats, float]:
         gap = slope
         numbers = np.maximum.accumulate(np.rint((born - born[0]) / gap))
     return numbers, gap
+
+
+def _in_golden_order(born: Floats, side: Floats) -> tuple[Floats, float] | None:
+    """Numbers of many drops and the time between two of them, by where they are.
+
+    Of times that are about the mean one, that by which places are in golden steps.
+    """
+    order = np.argsort(born, kind="stable")
+    born, side = born[order], side[order]
+    mean = float(born[-1] - born[0]) / (len(born) - 1)
+    best = None
+    for gap in mean * np.geomspace(*GAPS):
+        for first in range(FIRST_DROPS):
+            numbers = np.rint((born - born[0]) / gap) + first
+            part = numbers * GOLDEN % 1.0 - 0.5
+            columns = np.stack([np.ones(len(side)), part], axis=1)
+            fit = np.linalg.lstsq(columns, side, rcond=None)[0]
+            off = float(np.median(np.abs(side - columns @ fit)))
+            if fit[1] > 0.0 and (best is None or off < best[0]):
+                best = off, numbers, float(gap)
+    if best is None:
+        return None
+    back = np.empty(len(born))
+    back[order] = best[1]
+    return back, best[2]
 
 
 def _spread(side: Floats, numbers: Floats) -> tuple[float, float]:

@@ -57,7 +57,8 @@ def poses_of(track: Track, shape: Data, pixels: Pixels, grown: float = 0.0) -> P
     """
     found = [np.zeros(3)]
     ious = [1.0]
-    slides = shape["type"] in ROUND
+    closed = shape["type"] == "ring" and not shape.get("opening_deg")
+    slides = shape["type"] in ROUND or closed
     velocity = np.zeros(3)
     field = Field(shape)
     for number in range(1, len(track.masks)):

@@ -17,7 +17,7 @@ HANDICAP: Final = {
     "ellipse": 0.006,
     "capsule": 0.006,
     "ring": 0.004,
-    "fan_blades": 0.004,
+    "fan_blades": 0.008,
     "rounded_box": 0.010,
 }
 OBLONG: Final = (

@@ -125,6 +125,11 @@ def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Mo
         if "poissons_ratio" in thing["physics_properties"]:
             path = ("physics_properties", "poissons_ratio")
             yield _scaling(number, path, 0.08, 0.3)
+    state = known.get("initial_state") or {}
+    if thing["shape"]["type"] == "circle" and "angular_velocity" not in state:
+        yield Move(
+            f"{number}.spin", 2.0, 0.3, _spun(number)
+        )  # not seen before it lands
     if set(known.get("shape") or {}) - {"type", "center", "angle_deg"}:
         return
 
@@ -220,11 +225,15 @@ def _of_spin(number: int, thing: Data, *, flown: bool) -> Iterator[Move]:
     if thing["shape"]["type"] == "circle":  # none that is seen
         return
 
+    step, weight = (0.1, 0.35) if flown else (0.6, 0.7)
+    yield Move(f"{number}.spin", step, weight, _spun(number))
+
+
+def _spun(number: int) -> Callable[[Data, float], None]:
     def change(data: Data, by: float) -> None:
         data["objects"][number]["initial_state"]["angular_velocity"] += by
 
-    step, weight = (0.1, 0.35) if flown else (0.6, 0.7)
-    yield Move(f"{number}.spin", step, weight, change)
+    return change
 
 
 def _aimed(number: int) -> Callable[[Data, float], None]:

@@ -261,11 +261,18 @@ class Search:
                 return
 
     def _try_walls(self, data: Data, law: str, friction: float) -> None:
+        """Other walls, and colliders of the same law: they often are."""
         walls = {"contact": law, "friction": friction}
-        if not walls.items() <= data["environment"]["walls"].items():
-            changed = copy.deepcopy(data)
-            changed["environment"]["walls"] |= walls
+        changed = copy.deepcopy(data)
+        changed["environment"]["walls"] |= walls
+        if changed != data:
             self._try(changed, f"walls {law} {friction}")
+        everywhere = copy.deepcopy(changed)
+        for number, thing in enumerate(everywhere["objects"]):
+            if "contact" in thing and "contact" not in self._told(number):
+                thing["contact"]["type"] = law
+        if everywhere != changed and self._known.touched:
+            self._try(everywhere, f"{law} {friction} everywhere")
 
     def _contacts(self) -> None:
         """Other laws of colliders, once."""

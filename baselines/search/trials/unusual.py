@@ -12,6 +12,13 @@ Data = dict[str, Any]
 
 SURPRISE: Final = 0.002  # loss that a class is worth for each e-fold of rarity
 SECOND_CLASS: Final = 0.006  # loss that a second class in a scene is worth
+SPREAD: Final = 0.3  # of the logarithms of numbers of a material, about, in train
+SPREADS: Final = {"density": 0.2, "poissons_ratio": 0.12}
+ODD: Final = 0.0006  # loss that a number is worth which is so far from the usual one
+ODDEST: Final = 25.0  # square of what counts at most: a few scenes have quite others
+USUAL_LAW: Final = "separate"  # of colliders
+ALL_ALIKE: Final = 0.2  # share of scenes whose colliders are of another law, the walls'
+MIXED: Final = 0.05  # share of those of other laws
 THIN: Final = 0.001  # loss that one is worth which is a deviation denser, or less
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
@@ -38,8 +45,9 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     matter = sum(rare(name, prior) for name in names) / max(len(names), 1)
     jets = sum(map(_crowded, data["objects"]))
     pull = RARE * (gravity is None and not customary(data, prior))
-    laws = sum(map(_other_law, data["objects"]))
-    return matter + extra + walls + jets + pull + laws + _astray(data, gravity)
+    laws = _laws(data["objects"], law)
+    odd = sum(_odd(thing, prior) for thing in data["objects"])
+    return matter + extra + walls + jets + pull + laws + odd + _astray(data, gravity)
 
 
 def customary(data: Data, prior: Prior) -> bool:
@@ -51,10 +59,25 @@ def customary(data: Data, prior: Prior) -> bool:
     return any(list(usual["value"]) == gravity for usual in prior.gravities)
 
 
-def _other_law(thing: Data) -> float:
-    """Nine of ten colliders have one law of contact, the others either of two."""
-    separate = thing.get("contact", {}).get("type", "separate") == "separate"
-    return 0.0 if separate else rarity(0.05)
+def _laws(things: Sequence[Data], walls: str) -> float:
+    """Colliders mostly are of the usual law, or all of that of the walls."""
+    laws = {thing["contact"]["type"] for thing in things if "contact" in thing}
+    if laws <= {USUAL_LAW}:
+        return 0.0
+    return rarity(ALL_ALIKE if laws == {walls} else MIXED)
+
+
+def _odd(thing: Data, prior: Prior) -> float:
+    """Numbers of materials are mostly near to those that are typical of their class."""
+    numbers = thing.get("physics_properties")
+    if numbers is None:
+        return 0.0
+    usual = prior.typical(numbers["constitutive_model"])
+    return ODD * sum(
+        min((math.log(numbers[key] / value) / SPREADS.get(key, SPREAD)) ** 2, ODDEST)
+        for key, value in usual.items()
+        if isinstance(value, float) and value > 0.0 and numbers[key] > 0.0
+    )
 
 
 def _crowded(thing: Data) -> float:

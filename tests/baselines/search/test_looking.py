@@ -114,6 +114,26 @@ def test_rain_is_measured_by_its_drops(poured):
     assert nozzle.shape["size"][0] == pytest.approx(0.3, rel=0.12)
 
 
+def test_many_small_drops_are_numbered_by_their_places():
+    data = world("rain").to_data()
+    rain = data["objects"][0]
+    rain["shape"] |= {"center": [0.5, 0.55], "angle_deg": 45.0, "size": [0.5, 0.05]}
+    rain["emission"] |= {"rate": 3830.0, "drop_radius": 0.0185, "velocity": [0.8, -0.8]}
+    sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
+    nozzle = sight.things[0].nozzles[0]
+    assert nozzle.emission["rate"] == pytest.approx(3830.0, rel=0.12)
+    assert nozzle.shape["center"] == pytest.approx([0.5, 0.55], abs=0.012)
+    assert nozzle.shape["size"][0] == pytest.approx(0.5, rel=0.06)
+
+
+def test_one_drop_that_falls_long_tells_gravity():
+    data = world("rain", gravity=(-1.5, -5.5)).to_data()
+    rain = data["objects"][0]
+    rain["emission"] |= {"rate": 1000.0, "drop_radius": 0.042}
+    sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
+    assert sight.gravities[0].value == pytest.approx((-1.5, -5.5), abs=0.4)
+
+
 def test_one_drop_is_rain_though_something_is_near_it():
     data = world("still", "rain").to_data()
     still, rain = data["objects"]
@@ -167,6 +187,21 @@ def test_what_lies_near_is_pushed_from_the_first_frame_on():
 def test_what_is_nearly_round_is_a_circle(shape):
     mask = covered(shape | {"center": [0.47, 0.52]}, PIXELS)
     assert fit_shape(mask, PIXELS).shape["type"] == "circle"
+
+
+def test_a_polygon_behind_something_is_one_of_few_corners():
+    corners = [[-0.1, -0.12], [0.1, -0.12], [0.05, 0.12], [-0.05, 0.12]]
+    shape = {"type": "polygon", "center": [0.5, 0.5], "vertices": corners}
+    mask = covered(shape, PIXELS)
+    front = {
+        "type": "box",
+        "center": [0.5, 0.5],
+        "angle_deg": 20.0,
+        "size": [0.5, 0.03],
+    }
+    hidden = covered(front, PIXELS)
+    fit = fit_shape(mask & ~hidden, PIXELS, care=~hidden)
+    assert (len(fit.shape["vertices"]), fit.iou > 0.99) == (4, True)
 
 
 @pytest.mark.parametrize("name", SHAPES)

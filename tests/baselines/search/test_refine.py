@@ -101,6 +101,7 @@ def test_what_shows_least_is_moved_only_where_all_else_is_near():
         *("0.physics_properties.poissons_ratio", "0.physics_properties.density"),
         *("0.size", "0.aspect", "0.angle", "0.center[0]", "0.center[1]"),
         *("1.physics_properties.poissons_ratio", "1.physics_properties.density"),
+        "1.spin",  # of a ball: it shows when it lands
     }
     wider = fine["0.aspect"].of(data, 0.1)["objects"][0]["shape"]["size"]
     before = data["objects"][0]["shape"]["size"]
