@@ -112,13 +112,14 @@ def aim(
     pixels: Pixels,
     frame_time: float,
     seed: int,
+    calls: int = CALLS,
 ) -> None:
     """Fit what depends on gravity: the flight of a body, the nozzle of a jet."""
     if thing.kind == "dynamic_body" and thing.poses is not None:
         thing.flight = flight_of(thing.poses, gravity, frame_time, pixels.side)
     if thing.kind == "emitter" and thing.track is not None:
         thing.nozzles = nozzles_of(
-            thing.track, pixels, gravity, frame_time, CALLS, seed, thing.told
+            thing.track, pixels, gravity, frame_time, calls, seed, thing.told
         )
 
 
