@@ -112,13 +112,14 @@ def infer(
     rate = min(framerate, FRAMERATE)
     sight = look(labels, pixels, usual.frame_time / rate, told, seed)
     scenes = list(_readings(sight, told, form, usual, seed))
+    far = list(_far_gravities(sight, told, form, usual, seed))
     if not any("physics_properties" in t for t in scenes[0]["objects"]):
         raise ValueError(
             "nothing that moves like matter is seen, so there is nothing to simulate"
         )
     with Lab(labels, form, budget.runs, 60.0 * budget.minutes, progress) as lab:
         search = Search(lab, usual, _known(sight, told), seed)
-        search.run(scenes)
+        search.run(scenes, far)
     texts, trials = [], []
     end = sight.frame_time * (len(labels.numbers) - 1)
     for trial in proposals(search, usual, end, candidates):
@@ -150,17 +151,32 @@ def _readings(
     if first.sure or told.pulls is not None:
         return
     customary = [tuple(g["value"]) for g in usual.gravities]
-    others = [g.value for g in sight.gravities[1:]] + customary + list(UNUSUAL)
+    others = [g.value for g in sight.gravities[1:]] + customary
     for gravity in dict.fromkeys(others):
-        if gravity == first.value:
-            continue
-        turned = copy.copy(sight)
-        turned.things = [copy.copy(thing) for thing in sight.things]
-        for thing in turned.things:
-            aim(thing, gravity, sight.pixels, sight.frame_time, seed, FEWER_CALLS)
-        if gravity in UNUSUAL and not _pours_as_well(turned, sight):
-            continue
-        yield scene_data(turned, told, form, usual, gravity)
+        if gravity != first.value:
+            turned = _under(gravity, sight, seed)
+            yield scene_data(turned, told, form, usual, gravity)
+
+
+def _far_gravities(
+    sight: Sight, told: Told, form: VideoForm, usual: Prior, seed: int
+) -> Iterator[Data]:
+    """Scenes of gravities that neither are usual nor seen, where none is seen."""
+    if sight.gravities[0].sure or told.pulls is not None:
+        return
+    for gravity in UNUSUAL:
+        turned = _under(gravity, sight, seed)
+        if _pours_as_well(turned, sight):
+            yield scene_data(turned, told, form, usual, gravity)
+
+
+def _under(gravity: tuple[float, float], sight: Sight, seed: int) -> Sight:
+    """What is seen, explained by another gravity."""
+    turned = copy.copy(sight)
+    turned.things = [copy.copy(thing) for thing in sight.things]
+    for thing in turned.things:
+        aim(thing, gravity, sight.pixels, sight.frame_time, seed, FEWER_CALLS)
+    return turned
 
 
 def _pours_as_well(one: Sight, other: Sight) -> bool:

@@ -27,6 +27,9 @@ PLACE: Final = "mpmworlds.baselines.search"
 TABLE: Final = "prior.yaml"
 COMMON: Final = 0.02  # share of a gravity, or of a friction, that is tried
 DIGITS: Final = 4
+KIND: Final = ":"  # between the name of a class and the number of a kind of it
+FAR: Final = 1.8  # ratio of a number to the typical one of another kind
+MANY: Final = 0.012  # share of a class that is a kind of its own
 QUARTILES: Final = (0.25, 0.5, 0.75)
 FRICTIONLESS: Final = ("sticky",)  # laws to which friction is nothing
 
@@ -61,9 +64,21 @@ class Prior:
     which a thing has settled; `python -m benchmarks.search settled` fits it."""
 
     def typical(self, material: str) -> Data:
-        """Plain data of a typical material of a class."""
-        numbers: Data = self.materials[material]["numbers"]
-        return {"constitutive_model": material} | numbers
+        """Plain data of a typical material of a class, or of a kind of it.
+
+        See `kinds`.
+        """
+        name, _, kind = material.partition(KIND)
+        known = self.materials[name]
+        numbers: Data = known["kinds"][int(kind)] if kind else known["numbers"]
+        return {"constitutive_model": name} | numbers
+
+    def kinds(self, material: str) -> list[str]:
+        """Names of the kinds of a class that are far from the typical one."""
+        return [
+            f"{material}{KIND}{k}"
+            for k in range(len(self.materials[material]["kinds"]))
+        ]
 
 
 @cache
@@ -146,8 +161,36 @@ def _materials(matter: Sequence[Data]) -> dict[str, Data]:
             if key != "constitutive_model"
         }
         share = _round(len(by_name[name]) / len(matter))
-        found[name] = {"share": share, "numbers": numbers}
+        kinds = _kinds(by_name[name], numbers)
+        found[name] = {"share": share, "numbers": numbers, "kinds": kinds}
     return found
+
+
+def _kinds(matter: Sequence[Data], numbers: Data) -> list[Data]:
+    """Medians of those that have a number far from the typical one, if not too few."""
+    found: list[Data] = []
+    for key, typical in numbers.items():
+        known = [p for p in matter if p.get(key, 0.0) > 0.0 and typical > 0.0]
+        for some in (
+            [p for p in known if p[key] > FAR * typical],
+            [p for p in known if p[key] < typical / FAR],
+        ):
+            if len(some) > MANY * len(matter):
+                medians = {
+                    name: _round(np.median([p[name] for p in some if name in p]))
+                    for name in numbers
+                }
+                if all(_apart(medians, other) for other in found):
+                    found.append(medians)
+    return found
+
+
+def _apart(one: Data, other: Data) -> bool:
+    """Whether two kinds differ in a number by much."""
+    return any(
+        max(one[key], other[key]) > FAR * max(min(one[key], other[key]), 1e-9)
+        for key in one
+    )
 
 
 def _walls(scenes: Sequence[Mapping[str, Any]]) -> list[Data]:

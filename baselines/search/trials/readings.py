@@ -9,6 +9,7 @@ from mpmworlds.sim.scene.objects import RELEASED
 Data = dict[str, Any]
 
 ALIKE: Final = 3.0  # ratio of typical numbers of two classes that are of one kind
+COARSELY: Final = 2.5  # of gravities [m/s^2]
 UNBALANCED: Final = ("ring",)  # shapes that no rigid body has if they are open
 
 
@@ -51,6 +52,12 @@ def class_of(thing: Mapping[str, Any]) -> str:
 def classes_of(data: Data) -> tuple[str, ...]:
     """Classes of all matter of a scene."""
     return tuple(class_of(t) for t in data["objects"] if "physics_properties" in t)
+
+
+def pull_of(data: Data) -> tuple[int, int]:
+    """Gravity of a scene, roughly."""
+    x, y = (round(g / COARSELY) for g in data["environment"]["gravity"])
+    return x, y
 
 
 def reading_of(data: Data) -> tuple[Any, ...]:

@@ -3,7 +3,7 @@
 import copy
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -21,6 +21,7 @@ from mpmworlds.baselines.search.trials.readings import (
     classes_of,
     distinct,
     may_be,
+    pull_of,
     reading_of,
     shared,
 )
@@ -95,6 +96,7 @@ class Search:
         self._lines: dict[str, Line] = {}
         self._looks = 0  # at all numbers of a scene
         self._out: set[tuple[int, str, tuple[str, ...]]] = set()
+        self._walls_out: set[tuple[str, tuple[str, ...]]] = set()
         self._doubted: Counter[tuple[int, str]] = Counter()  # how often each was tried
         self.trials: list[Trial] = []
         """All scenes that were run over the whole prefix."""
@@ -104,14 +106,18 @@ class Search:
         """The best of them."""
         return min(self.trials, key=lambda trial: trial.loss)
 
-    def run(self, scenes: Sequence[Data]) -> None:
-        """Search from scenes that differ in what was doubted, the likeliest first."""
+    def run(self, scenes: Sequence[Data], far: Sequence[Data] = ()) -> None:
+        """Search from scenes that differ in what was doubted, the likeliest first.
+
+        Those of `far` are less likely: they are tried with better matter and walls.
+        """
         try:
             self._all_alike(scenes[0])
             self._rivals_of_scene(scenes[1:])
             self._walls()
             self._each_by_itself()
             self._belts()
+            self._rivals_of_scene([*scenes[1:], *far] if far else [])
             self._refine_all()
             self._elsewhere()
         except BudgetSpent:
@@ -221,9 +227,11 @@ class Search:
         data["objects"][number] = of_matter(thing, matter, self._told(number))
 
     def _rivals_of_scene(self, scenes: Sequence[Data]) -> None:
-        """Scenes of another gravity, law or nozzle, of the best matter so far."""
+        """Scenes of another gravity, law or nozzle, of the best matter and walls."""
         for scene in scenes:
             changed = copy.deepcopy(scene)
+            if self._known.doubt.walls:
+                changed["environment"]["walls"] = self.best.data["environment"]["walls"]
             for number in self._sought(scene):
                 matter = self.best.data["objects"][number]["physics_properties"]
                 changed["objects"][number] = of_matter(
@@ -240,6 +248,7 @@ class Search:
             usual = walls["frictions"]
             for friction in dict.fromkeys((usual[0], usual[len(usual) // 2])):
                 self._try_walls(start, walls["contact"], friction)
+        self._everywhere()
 
     def _other_walls(self) -> None:
         """Other laws of the walls, and a little more and less friction, while it helps.
@@ -251,28 +260,38 @@ class Search:
             now = before.data["environment"]["walls"]
             for walls in self._prior.walls:
                 usual, law = walls["frictions"], walls["contact"]
+                key = law, classes_of(before.data)
+                if key in self._walls_out and law != now["contact"]:
+                    continue
                 place = min(
                     range(len(usual)), key=lambda k: abs(usual[k] - now["friction"])
                 )
                 reach = 1 if law == now["contact"] else 0
                 for friction in usual[max(place - reach, 0) : place + reach + 1]:
-                    self._try_walls(before.data, law, friction)
+                    loss = self._try_walls(before.data, law, friction)
+                    if loss > HOPELESS * self.best.loss:
+                        self._walls_out.add(key)
+            self._everywhere()
             if self.best is before:
                 return
 
-    def _try_walls(self, data: Data, law: str, friction: float) -> None:
-        """Other walls, and colliders of the same law: they often are."""
+    def _try_walls(self, data: Data, law: str, friction: float) -> float:
         walls = {"contact": law, "friction": friction}
+        if walls.items() <= data["environment"]["walls"].items():
+            return 0.0
         changed = copy.deepcopy(data)
         changed["environment"]["walls"] |= walls
-        if changed != data:
-            self._try(changed, f"walls {law} {friction}")
-        everywhere = copy.deepcopy(changed)
-        for number, thing in enumerate(everywhere["objects"]):
+        return self._try(changed, f"walls {law} {friction}").loss
+
+    def _everywhere(self) -> None:
+        """Colliders of the law of the walls: they often are."""
+        changed = copy.deepcopy(self.best.data)
+        law = changed["environment"]["walls"]["contact"]
+        for number, thing in enumerate(changed["objects"]):
             if "contact" in thing and "contact" not in self._told(number):
                 thing["contact"]["type"] = law
-        if everywhere != changed and self._known.touched:
-            self._try(everywhere, f"{law} {friction} everywhere")
+        if changed != self.best.data and self._known.touched:
+            self._try(changed, f"{law} everywhere")
 
     def _contacts(self) -> None:
         """Other laws of colliders, once."""
@@ -404,7 +423,7 @@ class Search:
             own = class_of(best["objects"][number])
             rivals = [
                 name
-                for name in self._rankings[number]
+                for name in self._with_kinds(number)
                 if name != own and (number, name, classes) not in self._out
             ]
             # None is left out for good: those that were tried less often go first.
@@ -412,16 +431,28 @@ class Search:
             for name in rivals[:RIVALS]:
                 self._doubted[number, name] += 1
                 changed = copy.deepcopy(best)
-                self._turn(changed, number, name, alike=True)
+                self._turn(changed, number, name, alike=name in MATERIALS)
                 found = self._try(changed, f"{number} {name}, again")
                 if found.loss > HOPELESS * least:
                     self._out.add((number, name, classes))
 
+    def _with_kinds(self, number: int) -> Iterator[str]:
+        """Classes of a thing, the likeliest first, and kinds of the first of them."""
+        for place, name in enumerate(self._rankings[number]):
+            yield name
+            if place < RIVALS:
+                yield from self._prior.kinds(name)
+
     def _runner_up(self) -> None:
-        """The best scene of other classes: it is judged with numbers of its own."""
-        for rival in distinct(self.trials, classes_of)[1:2]:
-            if rival.loss < RUNNER_UP * self.best.loss:
-                self._fit_together(rival)
+        """The best scene of other classes, or of a gravity far from that of the best.
+
+        Each is judged with numbers of its own.
+        """
+        doubted = (classes_of,) if self._known.gravity else (classes_of, pull_of)
+        for by in doubted:
+            for rival in distinct(self.trials, by)[1:2]:
+                if rival.loss < RUNNER_UP * self.best.loss:
+                    self._fit_together(rival)
 
     def _fit_together(self, trial: Trial) -> None:
         """All numbers of one scene together."""

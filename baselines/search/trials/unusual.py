@@ -16,6 +16,7 @@ SPREAD: Final = 0.3  # of the logarithms of numbers of a material, about, in tra
 SPREADS: Final = {"density": 0.2, "poissons_ratio": 0.12}
 ODD: Final = 0.0006  # loss that a number is worth which is so far from the usual one
 ODDEST: Final = 25.0  # square of what counts at most: a few scenes have quite others
+UNCOMMON: Final = 8.0  # the same for a kind that few are of
 USUAL_LAW: Final = "separate"  # of colliders
 ALL_ALIKE: Final = 0.2  # share of scenes whose colliders are of another law, the walls'
 MIXED: Final = 0.05  # share of those of other laws
@@ -68,12 +69,18 @@ def _laws(things: Sequence[Data], walls: str) -> float:
 
 
 def _odd(thing: Data, prior: Prior) -> float:
-    """Numbers of materials are mostly near to those that are typical of their class."""
+    """Numbers of materials are mostly near to those of a class, or a kind of it."""
     numbers = thing.get("physics_properties")
     if numbers is None:
         return 0.0
-    usual = prior.typical(numbers["constitutive_model"])
-    return ODD * sum(
+    name = numbers["constitutive_model"]
+    kinds = (UNCOMMON + _distance(numbers, prior.typical(k)) for k in prior.kinds(name))
+    return ODD * min(_distance(numbers, prior.typical(name)), *kinds, math.inf)
+
+
+def _distance(numbers: Data, usual: Data) -> float:
+    """Squared deviations of the numbers of a material from usual ones, together."""
+    return sum(
         min((math.log(numbers[key] / value) / SPREADS.get(key, SPREAD)) ** 2, ODDEST)
         for key, value in usual.items()
         if isinstance(value, float) and value > 0.0 and numbers[key] > 0.0
