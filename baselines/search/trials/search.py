@@ -96,6 +96,7 @@ class Search:
         self._lines: dict[str, Line] = {}
         self._looks = 0  # at all numbers of a scene
         self._out: set[tuple[int, str, tuple[str, ...]]] = set()
+        self._looked_at: set[tuple[Any, ...]] = set()  # classes, gravities of rivals
         self._walls_out: set[tuple[str, tuple[str, ...]]] = set()
         self._doubted: Counter[tuple[int, str]] = Counter()  # how often each was tried
         self.trials: list[Trial] = []
@@ -446,13 +447,18 @@ class Search:
     def _runner_up(self) -> None:
         """The best scene of other classes, or of a gravity far from that of the best.
 
-        Each is judged with numbers of its own.
+        Each is judged with numbers of its own, once.
         """
         doubted = (classes_of,) if self._known.gravity else (classes_of, pull_of)
         for by in doubted:
-            for rival in distinct(self.trials, by)[1:2]:
-                if rival.loss < RUNNER_UP * self.best.loss:
+            for rival in distinct(self.trials, by)[1:]:
+                key = by(rival.data)
+                if rival.loss > RUNNER_UP * self.best.loss:
+                    break
+                if key not in self._looked_at:
+                    self._looked_at.add(key)
                     self._fit_together(rival)
+                    break
 
     def _fit_together(self, trial: Trial) -> None:
         """All numbers of one scene together."""
