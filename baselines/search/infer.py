@@ -28,7 +28,8 @@ from mpmworlds.baselines.search.side import Told
 from mpmworlds.baselines.search.trials.lab import Lab
 from mpmworlds.baselines.search.trials.moves import Doubt
 from mpmworlds.baselines.search.trials.readings import Trial
-from mpmworlds.baselines.search.trials.search import Known, Search
+from mpmworlds.baselines.search.trials.search import Search
+from mpmworlds.baselines.search.trials.tried import Known
 from mpmworlds.baselines.search.unseen import proposals
 from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import FRAMERATE, Frames

@@ -1,0 +1,130 @@
+"""What things touch: walls, laws of colliders, belts."""
+
+import copy
+from typing import Any, Final
+
+import numpy as np
+
+from mpmworlds.baselines.search.trials.readings import classes_of
+from mpmworlds.baselines.search.trials.tried import HOPELESS, Tried
+
+Data = dict[str, Any]
+
+LAWS: Final = ("separate", "sticky", "slip")  # of colliders, the usual one first
+BELT_GAIN: Final = 0.004  # loss that a belt must save
+BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
+BELTS: Final = ("box", "capsule", "rounded_box")
+
+
+class Surroundings:
+    """Tries walls and colliders.
+
+    Parameters
+    ----------
+    tried
+        Where scenes are tried.
+    """
+
+    def __init__(self, tried: Tried) -> None:
+        self._tried, self._prior = tried, tried.prior
+        self._doubted = tried.known.doubt.walls
+        self._out: set[tuple[str, tuple[str, ...]]] = set()
+
+    def walls(self) -> None:
+        """Each law of the walls, rough and smooth, with the best matter so far."""
+        if not self._doubted:
+            return
+        start = self._tried.best.data
+        for walls in self._prior.walls:
+            usual = walls["frictions"]
+            for friction in dict.fromkeys((usual[0], usual[len(usual) // 2])):
+                self._try_walls(start, walls["contact"], friction)
+        self._everywhere()
+
+    def other_walls(self) -> None:
+        """Other laws of the walls, and a little more and less friction, while it helps.
+
+        Frictions are those that are usual: most scenes have one of a handful.
+        """
+        while self._doubted:
+            before = self._tried.best
+            now = before.data["environment"]["walls"]
+            for walls in self._prior.walls:
+                usual, law = walls["frictions"], walls["contact"]
+                key = law, classes_of(before.data)
+                if key in self._out and law != now["contact"]:
+                    continue
+                place = min(
+                    range(len(usual)), key=lambda k: abs(usual[k] - now["friction"])
+                )
+                reach = 1 if law == now["contact"] else 0
+                for friction in usual[max(place - reach, 0) : place + reach + 1]:
+                    loss = self._try_walls(before.data, law, friction)
+                    if loss > HOPELESS * self._tried.best.loss:
+                        self._out.add(key)
+            self._everywhere()
+            if self._tried.best is before:
+                return
+
+    def _try_walls(self, data: Data, law: str, friction: float) -> float:
+        walls = {"contact": law, "friction": friction}
+        if walls.items() <= data["environment"]["walls"].items():
+            return 0.0
+        changed = copy.deepcopy(data)
+        changed["environment"]["walls"] |= walls
+        return self._tried.run(changed, f"walls {law} {friction}").loss
+
+    def _everywhere(self) -> None:
+        """Colliders of the law of the walls: they often are."""
+        best = self._tried.best.data
+        changed = copy.deepcopy(best)
+        law = changed["environment"]["walls"]["contact"]
+        for number, thing in enumerate(changed["objects"]):
+            if "contact" in thing and "contact" not in self._tried.told(number):
+                thing["contact"]["type"] = law
+        if changed != best and self._tried.known.touched:
+            self._tried.run(changed, f"{law} everywhere")
+
+    def colliders(self) -> None:
+        """Other laws of each collider that something touches."""
+        for number in self._tried.known.touched:
+            if "contact" in self._tried.told(number):
+                continue
+            before = self._tried.best.data
+            for law in LAWS:
+                changed = copy.deepcopy(before)
+                contact = changed["objects"][number]["contact"]
+                if contact["type"] != law:
+                    contact["type"] = law
+                    self._tried.run(changed, f"{number} {law}")
+
+    def belts(self) -> None:
+        """Still things that matter comes near to may be belts."""
+        for number in self._tried.known.touched:
+            before = self._tried.best
+            thing = before.data["objects"][number]
+            still = thing["object_type"] == "static_collider"
+            told = self._tried.told(number).get("object_type")
+            if told or not still or thing["shape"]["type"] not in BELTS:
+                continue
+            for speed in BELT_SPEEDS:
+                changed = copy.deepcopy(before.data)
+                belt = changed["objects"][number]
+                belt["object_type"] = "kinematic_collider"
+                belt["kinematics"] = {"type": "conveyor", "surface_speed": speed}
+                belt["contact"] = {"type": "slip", "friction": 0.8, "skin_cells": 0.3}
+                found = self._tried.looked(changed, f"{number} is a belt")
+                if found.loss < before.loss - BELT_GAIN:
+                    self._tried.trials.append(found)
+
+    def drawn(self, data: Data, draw: np.random.Generator) -> Data:
+        """A scene with walls as often as they are in the train split."""
+        changed = copy.deepcopy(data)
+        if self._doubted:
+            shares = np.array([w["share"] for w in self._prior.walls])
+            law = self._prior.walls[draw.choice(len(shares), p=shares / shares.sum())]
+            changed["environment"]["walls"] |= {
+                "contact": law["contact"],
+                "friction": float(draw.choice(law["frictions"])),
+            }
+        return changed
