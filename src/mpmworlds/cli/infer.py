@@ -24,7 +24,7 @@ def add_infer(verbs: Any) -> None:
         help="what is known of the scene: a scene file with gaps, or a caption",
     )
     parser.add_argument(
-        "--runs", type=int, default=200, help="scenes to try (default 200)"
+        "--runs", type=int, default=800, help="scenes to try (default 800)"
     )
     parser.add_argument(
         "--minutes",
