@@ -1,0 +1,55 @@
+"""The table of what is usual, counted from scenes."""
+
+import copy
+
+import pytest
+
+from mpmworlds.baselines.search.prior import FAR, counted, prior
+from mpmworlds.sim.scene.objects import MATERIALS
+from tests.baselines.search.worlds import world
+
+
+def liquids(viscosities):
+    """Scenes of one liquid ball each."""
+    scene = world("ball", "gate", "jet").to_data()
+    for viscosity in viscosities:
+        changed = copy.deepcopy(scene)
+        numbers = prior().typical("liquid") | {"viscosity": viscosity}
+        changed["objects"][0]["physics_properties"] = numbers
+        changed["objects"][2]["physics_properties"] = dict(numbers)
+        yield changed
+
+
+# Each class must occur, so that it has a median.
+def all_classes():
+    scene = world("ball").to_data()
+    for name in sorted(MATERIALS):
+        changed = copy.deepcopy(scene)
+        changed["objects"][0]["physics_properties"] = prior().typical(name)
+        yield changed
+
+
+def test_a_kind_of_a_class_is_what_some_have_far_from_the_others():
+    table = counted([*all_classes(), *liquids([0.05] * 40 + [4.0, 5.0, 6.0])])
+    assert table.typical("liquid")["viscosity"] == 0.05
+    assert table.kinds("liquid") == ["liquid:0"]
+    assert table.typical("liquid:0")["viscosity"] == 5.0
+    assert table.typical("liquid:0")["constitutive_model"] == "liquid"
+
+
+def test_one_that_stands_alone_is_no_kind():
+    table = counted([*all_classes(), *liquids([0.05] * 200 + [5.0])])
+    assert table.kinds("liquid") == []
+
+
+@pytest.mark.parametrize("name", sorted(MATERIALS))
+def test_kinds_of_the_recorded_table_are_far_from_the_typical_one(name):
+    usual = prior().typical(name)
+    for kind in prior().kinds(name):
+        numbers = prior().typical(kind)
+        assert numbers.keys() == usual.keys()
+        assert any(
+            max(numbers[k], usual[k]) > FAR * min(numbers[k], usual[k])
+            for k in usual
+            if isinstance(usual[k], float)
+        )
