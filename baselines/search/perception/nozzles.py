@@ -12,9 +12,9 @@ import numpy.typing as npt
 from mpmworlds.baselines.search.perception.drops import Drops, drops_of
 from mpmworlds.baselines.search.perception.evolution import evolve
 from mpmworlds.baselines.search.perception.flow import SPACING, Flow, Hit
+from mpmworlds.baselines.search.perception.order import numbered, spread
 from mpmworlds.baselines.search.perception.pixels import WALL, Pixels
 from mpmworlds.baselines.search.perception.tracks import Track
-from mpmworlds.sim.program.features.emission import GOLDEN
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -32,14 +32,6 @@ DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
 GOOD: Final = {"jet": 1.5, "rain": 0.0, "hose": 0.1}
-MANY_DROPS: Final = 5  # that tell their numbers by their places
-GAPS: Final = (
-    0.5,
-    1.15,
-    240,
-)  # times between drops, in those between drops that are seen
-FIRST_DROPS: Final = 3  # numbers that the first one that is seen may have
-USUAL_WIDTH: Final = 0.05  # between the outermost drops of a nozzle [m]
 NAMES: Final = ("x", "y", "speed", "heading", "rate", "width", "start")
 MORE: Final = {"jet": (), "rain": ("radius",), "hose": ("swing", "period")}
 FINER: Final = 0.4  # steps of what drops tell well
@@ -247,14 +239,13 @@ class _Start:
         # Drops are born in the frame before the one that shows them first.
         level = 0.5 * (along.max() - speed * self._frame + along.min())
         born = seen - np.clip((along - level) / speed, 0.0, self._frame)
-        numbers, gap = _numbered(born, len(self._masks) * self._frame)
-        if len(born) >= MANY_DROPS:
-            numbers, gap = _in_golden_order(born, places @ across) or (numbers, gap)
+        side = places @ across
+        numbers, gap = numbered(born, side, len(self._masks) * self._frame)
         start = float(np.mean(born - gap * (numbers + 0.5)))
         if "start" in self._told or start < 0.7 * self._frame:
             level -= speed * (self._told.get("start", 0.0) - start)
             start = self._told.get("start", 0.0)
-        middle, width = _spread(places @ across, numbers)
+        middle, width = spread(side, numbers)
         center = level * ahead + middle * across
         count = max(round(math.pi * (drops.radius / SPACING) ** 2), 1)
         return {
@@ -267,59 +258,6 @@ class _Start:
             "start": start,
             "radius": math.log(max(drops.radius, 0.004)),
         }
-
-
-def _numbered(born: Floats, seen: float) -> tuple[Floats, float]:
-    """Numbers of drops by their births [s], and the time between two of them [s]."""
-    if len(born) == 1:  # the next one is not born yet
-        return np.zeros(1), max(seen - float(born[0]), float(born[0]), 0.02)
-    gap = float(np.median(np.diff(born))) if len(born) > 2 else float(born[1] - born[0])
-    gap = max(gap, 0.004)
-    numbers = np.arange(len(born), dtype=np.float64)
-    for _ in range(3):
-        slope = float(np.polyfit(numbers, born, 1)[0])
-        if slope <= 0.0:
-            break
-        gap = slope
-        numbers = np.maximum.accumulate(np.rint((born - born[0]) / gap))
-    return numbers, gap
-
-
-def _in_golden_order(born: Floats, side: Floats) -> tuple[Floats, float] | None:
-    """Numbers of many drops and the time between two of them, by where they are.
-
-    Of times that are about the mean one, that by which places are in golden steps.
-    """
-    order = np.argsort(born, kind="stable")
-    born, side = born[order], side[order]
-    mean = float(born[-1] - born[0]) / (len(born) - 1)
-    best = None
-    for gap in mean * np.geomspace(*GAPS):
-        for first in range(FIRST_DROPS):
-            numbers = np.rint((born - born[0]) / gap) + first
-            part = numbers * GOLDEN % 1.0 - 0.5
-            columns = np.stack([np.ones(len(side)), part], axis=1)
-            fit = np.linalg.lstsq(columns, side, rcond=None)[0]
-            off = float(np.median(np.abs(side - columns @ fit)))
-            if fit[1] > 0.0 and (best is None or off < best[0]):
-                best = off, numbers, float(gap)
-    if best is None:
-        return None
-    back = np.empty(len(born))
-    back[order] = best[1]
-    return back, best[2]
-
-
-def _spread(side: Floats, numbers: Floats) -> tuple[float, float]:
-    """Middle and extent of places across a nozzle, of drops by their numbers."""
-    part = numbers * GOLDEN % 1.0 - 0.5
-    if len(side) > 2:
-        columns = np.stack([np.ones(len(side)), part], axis=1)
-        (middle, width), *_ = np.linalg.lstsq(columns, side, rcond=None)
-        if 0.0 < width < 0.9:
-            return float(middle), float(width)
-    width = max(USUAL_WIDTH, 1.2 * float(np.ptp(side)))
-    return float((side - width * part).mean()), width
 
 
 def _unusual(kind: str, v: Mapping[str, float]) -> float:

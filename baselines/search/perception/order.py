@@ -1,0 +1,86 @@
+"""The order of drops: each is born a golden step aside from the one before."""
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from mpmworlds.sim.program.features.emission import GOLDEN
+
+Floats = npt.NDArray[np.float64]
+
+MANY_DROPS: Final = 5  # that tell their numbers by their places
+# Times between drops to try, in those between drops that are seen: from, to, how many.
+GAPS: Final = (0.5, 1.15, 240)
+FIRST_DROPS: Final = 3  # numbers that the first one that is seen may have
+USUAL_WIDTH: Final = 0.05  # between the outermost drops of a nozzle [m]
+
+
+def numbered(born: Floats, side: Floats, seen: float) -> tuple[Floats, float]:
+    """Numbers of drops, and the time between two of them [s].
+
+    Parameters
+    ----------
+    born
+        Times of their births, in order (n,) [s].
+    side
+        Where they are across the nozzle (n,) [m].
+    seen
+        How long the nozzle was seen [s].
+    """
+    if len(born) >= MANY_DROPS and (found := _in_golden_order(born, side)) is not None:
+        return found
+    return _one_after_the_other(born, seen)
+
+
+def _one_after_the_other(born: Floats, seen: float) -> tuple[Floats, float]:
+    """The same by their births alone."""
+    if len(born) == 1:  # the next one is not born yet
+        return np.zeros(1), max(seen - float(born[0]), float(born[0]), 0.02)
+    gap = float(np.median(np.diff(born))) if len(born) > 2 else float(born[1] - born[0])
+    gap = max(gap, 0.004)
+    numbers = np.arange(len(born), dtype=np.float64)
+    for _ in range(3):
+        slope = float(np.polyfit(numbers, born, 1)[0])
+        if slope <= 0.0:
+            break
+        gap = slope
+        numbers = np.maximum.accumulate(np.rint((born - born[0]) / gap))
+    return numbers, gap
+
+
+def _in_golden_order(born: Floats, side: Floats) -> tuple[Floats, float] | None:
+    """Numbers of many drops and the time between two of them, by where they are.
+
+    Of times that are about the mean one, that by which places are in golden steps.
+    """
+    order = np.argsort(born, kind="stable")
+    born, side = born[order], side[order]
+    mean = float(born[-1] - born[0]) / (len(born) - 1)
+    best = None
+    for gap in mean * np.geomspace(*GAPS):
+        for first in range(FIRST_DROPS):
+            numbers = np.rint((born - born[0]) / gap) + first
+            part = numbers * GOLDEN % 1.0 - 0.5
+            columns = np.stack([np.ones(len(side)), part], axis=1)
+            fit = np.linalg.lstsq(columns, side, rcond=None)[0]
+            off = float(np.median(np.abs(side - columns @ fit)))
+            if fit[1] > 0.0 and (best is None or off < best[0]):
+                best = off, numbers, float(gap)
+    if best is None:
+        return None
+    back = np.empty(len(born))
+    back[order] = best[1]
+    return back, best[2]
+
+
+def spread(side: Floats, numbers: Floats) -> tuple[float, float]:
+    """Middle and extent of places across a nozzle, of drops by their numbers."""
+    part = numbers * GOLDEN % 1.0 - 0.5
+    if len(side) > 2:
+        columns = np.stack([np.ones(len(side)), part], axis=1)
+        (middle, width), *_ = np.linalg.lstsq(columns, side, rcond=None)
+        if 0.0 < width < 0.9:
+            return float(middle), float(width)
+    width = max(USUAL_WIDTH, 1.2 * float(np.ptp(side)))
+    return float((side - width * part).mean()), width
