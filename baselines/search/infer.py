@@ -29,7 +29,7 @@ from mpmworlds.baselines.search.trials.lab import Lab
 from mpmworlds.baselines.search.trials.moves import Doubt
 from mpmworlds.baselines.search.trials.readings import Trial
 from mpmworlds.baselines.search.trials.search import Search
-from mpmworlds.baselines.search.trials.tried import Known
+from mpmworlds.baselines.search.trials.tried import Known, Tried
 from mpmworlds.baselines.search.unseen import proposals
 from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.metrics.reduction import FRAMERATE, Frames
@@ -119,7 +119,7 @@ def infer(
             "nothing that moves like matter is seen, so there is nothing to simulate"
         )
     with Lab(labels, form, budget.runs, 60.0 * budget.minutes, progress) as lab:
-        search = Search(lab, usual, _known(sight, told), seed)
+        search = Search(Tried(lab, usual, _known(sight, told)), seed)
         search.run(scenes, far)
     texts, trials = [], []
     end = sight.frame_time * (len(labels.numbers) - 1)

@@ -8,9 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from mpmworlds.baselines.search.matter import of_matter
-from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.classes import Classes
-from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
+from mpmworlds.baselines.search.trials.lab import BudgetSpent
 from mpmworlds.baselines.search.trials.numbers import Numbers
 from mpmworlds.baselines.search.trials.readings import (
     Trial,
@@ -20,7 +19,7 @@ from mpmworlds.baselines.search.trials.readings import (
     reading_of,
 )
 from mpmworlds.baselines.search.trials.surroundings import Surroundings
-from mpmworlds.baselines.search.trials.tried import Known, Tried
+from mpmworlds.baselines.search.trials.tried import Tried
 
 Data = dict[str, Any]
 
@@ -39,18 +38,14 @@ class Search:
 
     Parameters
     ----------
-    lab
-        Where scenes are run.
-    prior
-        What is usual.
-    known
-        What is not to be sought.
+    tried
+        Where scenes are tried.
     seed
         Which draws.
     """
 
-    def __init__(self, lab: Lab, prior: Prior, known: Known, seed: int = 0) -> None:
-        self._tried = Tried(lab, prior, known)
+    def __init__(self, tried: Tried, seed: int = 0) -> None:
+        self._tried = tried
         self._classes = Classes(self._tried)
         self._surroundings = Surroundings(self._tried)
         self._numbers = Numbers(self._tried)
