@@ -30,6 +30,7 @@ DRAWN_ALIKE: Final = 0.015  # loss of a scene after which nothing is sought else
 SCATTER: Final = 0.4  # first steps that numbers are moved by to begin again, about
 FARTHEST: Final = 1.5  # the most of them
 GROWTH: Final = 1.4  # of that distance after one that was worth a look
+IDLE: Final = 8  # beginnings in a row that are known already: nothing else is possible
 SWAPPED: Final = 0.2  # how often a class is another one then, and how often the walls
 
 
@@ -138,9 +139,9 @@ class Search:
         The distance grows while that leads to scenes that are worth a look, and shrinks
         where numbers are known so well that it leads astray.
         """
-        distance = SCATTER
-        while self._tried.lab.left > 0.0 and self.best.loss > DRAWN_ALIKE:
-            before = self.best
+        lab, distance, idle = self._tried.lab, SCATTER, 0
+        while lab.left > 0.0 and self.best.loss > DRAWN_ALIKE and idle < IDLE:
+            before, runs = self.best, lab.runs
             start = self._swapped(before.data)
             data = self._numbers.scattered(start, distance, self._random)
             trial = self._tried.run(data, "elsewhere")
@@ -152,6 +153,8 @@ class Search:
                 distance = min(distance * factor, FARTHEST)
             if self.best is not before:
                 self._refine()
+            # What is known already takes no time: nothing may be left to be changed.
+            idle = idle + 1 if lab.runs == runs else 0
 
     def _swapped(self, data: Data) -> Data:
         """A scene with another class of a thing or other walls; mostly the same."""

@@ -18,6 +18,9 @@ from mpmworlds.baselines.search.repair import repaired, written
 from mpmworlds.baselines.search.side import over, read_side
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
 from mpmworlds.baselines.search.trials.loss import Reference
+from mpmworlds.baselines.search.trials.moves import Doubt
+from mpmworlds.baselines.search.trials.search import Search
+from mpmworlds.baselines.search.trials.tried import Known, Tried
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.loaders.load import Example
 from mpmworlds.loaders.prompts import VideoForm
@@ -75,6 +78,16 @@ def test_a_lab_runs_a_scene_once_and_within_its_budget():
         assert (lab.runs, lab.left) == (1, 0.0)
         with pytest.raises(BudgetSpent):
             lab.loss(fall("sand").to_data())
+
+
+def test_a_search_ends_where_nothing_may_be_changed():
+    told = fall("sand").to_data()
+    doubt = Doubt(dict(enumerate(told["objects"])), {}, (), (), walls=False)
+    known = Known(doubt, (0.0, -9.8), {}, (), {})
+    with Lab(labels_of(prefix_of(fall("liquid"))), SMALL, 50, 1e6) as lab:
+        search = Search(Tried(lab, prior(), known))
+        search.run([told])
+        assert lab.runs == 1 and search.best.loss > 0.1
 
 
 def example(scene, **row):
