@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Final
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -15,13 +14,15 @@ from mpmworlds.baselines.search.guess import Sight, Thing, aim, look
 from mpmworlds.baselines.search.perception.colors import labels_of
 from mpmworlds.baselines.search.perception.flight import (
     LEAST,
+    LONG,
     RIGID,
     SAME,
     Flight,
     Gravity,
     flight_of,
 )
-from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.perception.nozzles import Nozzle
+from mpmworlds.baselines.search.perception.pixels import Pixels, around
 from mpmworlds.baselines.search.prior import Prior, prior
 from mpmworlds.baselines.search.repair import written
 from mpmworlds.baselines.search.side import Told
@@ -42,9 +43,8 @@ RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, t
 UNUSUAL: Final = ((-1.6, -4.5), (1.6, -4.5), (-1.6, -7.5), (1.6, -7.5))
 FEWER_CALLS: Final = 350  # free flights that nozzles are fitted by under these
 SEEN: Final = 2  # frames after which a body that starts at rest is known to
-LONG: Final = 12  # frames of a flight that leave nothing to be refined
 APART: Final = 2  # pixels between things that do not touch yet
-NEAR: Final = 9  # side of the square around matter within which things are touched [px]
+NEAR: Final = 4  # pixels from matter within which things are touched
 
 
 @dataclass(frozen=True)
@@ -113,29 +113,35 @@ def infer(
     rate = min(framerate, FRAMERATE)
     sight = look(labels, pixels, usual.frame_time / rate, told, seed)
     scenes = list(_readings(sight, told, form, usual, seed))
-    far = list(_far_gravities(sight, told, form, usual, seed))
     if not any("physics_properties" in t for t in scenes[0]["objects"]):
         raise ValueError(
             "nothing that moves like matter is seen, so there is nothing to simulate"
         )
+    far = list(_far_gravities(sight, told, form, usual, seed))
     with Lab(labels, form, budget.runs, 60.0 * budget.minutes, progress) as lab:
         search = Search(Tried(lab, usual, _known(sight, told)), seed)
         search.run(scenes, far)
-    texts, trials = [], []
     end = sight.frame_time * (len(labels.numbers) - 1)
-    for trial in proposals(search, usual, end, candidates):
+    trials, texts = _answers(search, usual, end, candidates)
+    return Found(tuple(texts), tuple(trials), search, sight)
+
+
+def _answers(
+    search: Search, usual: Prior, end: float, count: int
+) -> tuple[list[Trial], list[str]]:
+    """Trials to answer with, the best first, and their scene files."""
+    found: list[tuple[Trial, str]] = []
+    for trial in proposals(search, usual, end, count):
         try:
-            texts.append(written(trial.data))
+            found.append((trial, written(trial.data)))
         except ValueError:
             continue
-        trials.append(trial)
-        if len(texts) == candidates:
+        if len(found) == count:
             break
-    ranked = sorted(zip(trials, texts, strict=True), key=lambda pair: pair[0].loss)
-    trials, texts = [trial for trial, _ in ranked], [text for _, text in ranked]
-    if not texts:
-        texts, trials = [written(search.best.data)], [search.best]  # says what is wrong
-    return Found(tuple(texts), tuple(trials), search, sight)
+    if not found:
+        found = [(search.best, written(search.best.data))]  # says what is wrong
+    found.sort(key=lambda pair: pair[0].loss)
+    return [trial for trial, _ in found], [text for _, text in found]
 
 
 def _readings(
@@ -149,7 +155,7 @@ def _readings(
             swapped = copy.copy(sight)
             swapped.things = [rival if t is thing else t for t in sight.things]
             yield scene_data(swapped, told, form, usual, first.value)
-    if first.sure or told.pulls is not None:
+    if not _gravity_is_open(sight, told):
         return
     customary = [tuple(g["value"]) for g in usual.gravities]
     others = [g.value for g in sight.gravities[1:]] + customary
@@ -159,11 +165,16 @@ def _readings(
             yield scene_data(turned, told, form, usual, gravity)
 
 
+def _gravity_is_open(sight: Sight, told: Told) -> bool:
+    """Whether neither flights nor a caption tell gravity."""
+    return not sight.gravities[0].sure and told.pulls is None
+
+
 def _far_gravities(
     sight: Sight, told: Told, form: VideoForm, usual: Prior, seed: int
 ) -> Iterator[Data]:
     """Scenes of gravities that neither are usual nor seen, where none is seen."""
-    if sight.gravities[0].sure or told.pulls is not None:
+    if not _gravity_is_open(sight, told):
         return
     for gravity in UNUSUAL:
         turned = _under(gravity, sight, seed)
@@ -183,16 +194,21 @@ def _under(gravity: tuple[float, float], sight: Sight, seed: int) -> Sight:
 def _pours_as_well(one: Sight, other: Sight) -> bool:
     """Whether nozzles explain what is seen about as well under another gravity."""
     return all(
-        a.nozzles[0].error < RIVAL_NOZZLE * b.nozzles[0].error + 0.05
+        _as_well(a.nozzles[0], b.nozzles[0])
         for a, b in zip(one.things, other.things, strict=True)
         if a.nozzles and b.nozzles
     )
 
 
+def _as_well(one: Nozzle, other: Nozzle) -> bool:
+    """Whether a nozzle explains what is seen about as well as another one."""
+    return one.error < RIVAL_NOZZLE * other.error + 0.05
+
+
 def _rivals(thing: Thing) -> Iterator[Thing]:
     """The thing with another nozzle or law, if that explains it nearly as well."""
     for nozzle in thing.nozzles[1:]:
-        if nozzle.error < RIVAL_NOZZLE * thing.nozzles[0].error + 0.05:
+        if _as_well(nozzle, thing.nozzles[0]):
             other = copy.copy(thing)
             other.nozzles = [nozzle, *(n for n in thing.nozzles if n is not nozzle)]
             yield other
@@ -234,27 +250,24 @@ def _known(sight: Sight, told: Told) -> Known:
 
 def _surest_flight(thing: Thing, sight: Sight) -> Flight:
     """The flight of a body, the shortest one under any gravity that may be."""
-    assert thing.poses is not None
-    likely = sight.gravities[: 1 if sight.gravities[0].sure else None]
-    return min(
-        (
-            flight_of(thing.poses, g.value, sight.frame_time, sight.pixels.side)
-            for g in likely
-        ),
-        key=lambda flight: flight.frames,
-    )
+    assert thing.poses is not None and thing.flight is not None
+    first, *others = sight.gravities
+    flights = [
+        flight_of(thing.poses, g.value, sight.frame_time, sight.pixels.side)
+        for g in ([] if first.sure else others)
+    ]
+    return min([thing.flight, *flights], key=lambda flight: flight.frames)
 
 
 def alone_until(things: Sequence[Thing]) -> dict[int, int]:
     """Frames until two things of matter come near to each other, by their numbers."""
-    kernel = np.ones((2 * APART + 1, 2 * APART + 1), np.uint8)
     matter = {
         number: thing.track.masks
         for number, thing in enumerate(things)
         if thing.track is not None and thing.kind in ("dynamic_body", "emitter")
     }
     near = {
-        number: np.stack([cv2.dilate(m.astype(np.uint8), kernel) for m in masks]) > 0
+        number: np.stack([around(mask, APART) for mask in masks])
         for number, masks in matter.items()
     }
     found: dict[int, int] = {}
@@ -284,10 +297,7 @@ def _touched(things: Sequence[Thing]) -> list[int]:
     ]
     if not matter:
         return []
-    kernel = np.ones((NEAR, NEAR), np.uint8)
-    near = [
-        cv2.dilate(mask.astype(np.uint8), kernel) > 0 for mask in np.any(matter, axis=0)
-    ]
+    near = [around(mask, NEAR) for mask in np.any(matter, axis=0)]
     return [
         number
         for number, thing in enumerate(things)

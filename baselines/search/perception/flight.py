@@ -93,8 +93,9 @@ def gravity_of(
         for usual in SAME
     }
     longest = max((f.frames for f in flights[EARTH]), default=0)
-    customary = [Gravity(EARTH, sure=longest >= SURE)]
-    if not customary[0].sure:  # not that of the earth if free bodies fly otherwise
+    earth = Gravity(EARTH, sure=longest >= SURE)
+    customary = [earth]
+    if not earth.sure:  # not that of the earth if free bodies fly otherwise
         freely = {
             usual: sum(
                 min(f.frames, p.clear) for f, p in zip(some, flying, strict=True)
@@ -102,30 +103,27 @@ def gravity_of(
             for usual, some in flights.items()
         }
         others = [g for g in SAME if freely[g] > freely[EARTH] + FREELY]
-        customary = [*(Gravity(g, sure=False) for g in others), *customary]
-    found, bodies = [], []
+        customary = [*(Gravity(g, sure=False) for g in others), earth]
+    found: list[tuple[tuple[bool, float], int, _Fall]] = []
     for number, poses in enumerate(flying):
         for at_rest in (True, False):
             for fall in _free(poses, frame_time, side, near, at_rest=at_rest):
                 weight = fall.frames * (1.4 if at_rest else 1.0)
-                found.append(((fall.sure, weight), fall))
-                bodies.append(number)
+                found.append(((fall.sure, weight), number, fall))
     if not found:
         return customary
-    best = max(found, key=lambda each: each[0])[1]
+    *_, best = max(found, key=lambda each: each[0])
     value = best.value
     for usual, same in SAME.items():
         if math.dist(value, usual) < same:
             value = usual
     if value == EARTH:
-        return [Gravity(EARTH, sure=longest >= SURE)]
+        return [earth]
     if best.frames < longest + 2:
         rest = [] if value == customary[0].value else [Gravity(value, sure=False)]
         return [*customary, *rest]
     agreeing = {
-        number
-        for number, (_, fall) in zip(bodies, found, strict=True)
-        if math.dist(fall.value, best.value) < ALIKE
+        number for _, number, fall in found if math.dist(fall.value, best.value) < ALIKE
     }
     sure = best.sure or best.frames >= LONG or len(agreeing) > 1
     return [Gravity(value, sure=sure), Gravity(EARTH, sure=False)]

@@ -1,11 +1,10 @@
 """Nozzles: place, direction, speed, rate, width and kind, from free flight."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -13,7 +12,7 @@ from mpmworlds.baselines.search.perception.drops import Drops, drops_of
 from mpmworlds.baselines.search.perception.evolution import evolve
 from mpmworlds.baselines.search.perception.flow import SPACING, Flow, Hit
 from mpmworlds.baselines.search.perception.order import numbered, spread
-from mpmworlds.baselines.search.perception.pixels import WALL, Pixels
+from mpmworlds.baselines.search.perception.pixels import WALL, Pixels, around, rim
 from mpmworlds.baselines.search.perception.tracks import Track
 
 Floats = npt.NDArray[np.float64]
@@ -102,33 +101,46 @@ def nozzles_of(
     for kind in kinds:
         if found and min(error for error, _ in found) < GOOD[kind]:
             break
-        best: tuple[float, dict[str, float]] | None = None
-        for numbers in start.of(kind):
-            names = [n for n in (*NAMES, *MORE[kind]) if n not in start.locked]
-
-            def cost(
-                x: Floats,
-                kind: str = kind,
-                names: Any = names,
-                numbers: Any = numbers,
-            ) -> float:
-                trial = numbers | dict(zip(names, map(float, x), strict=True))
-                misfit = flows[kind].misfit(_nozzle(kind, trial), gravity)
-                return misfit + _unusual(kind, trial)
-
-            error, x = evolve(
-                cost,
-                [numbers[n] for n in names],
-                [STEPS[n] * (FINER if kind == "rain" else 1.0) for n in names],
-                calls,
-                seed,
-            )
-            if best is None or error < best[0]:
-                best = error, numbers | dict(zip(names, map(float, x), strict=True))
-        if best is not None:
-            extra = HOSE_HANDICAP if kind == "hose" else 0.0
-            found.append((best[0] + extra, _finished(kind, best[1], best[0])))
+        error, numbers = min(
+            (
+                _fitted(kind, one, start.locked, flows[kind], gravity, calls, seed)
+                for one in start.of(kind)
+            ),
+            key=lambda pair: pair[0],
+        )
+        extra = HOSE_HANDICAP if kind == "hose" else 0.0
+        found.append((error + extra, _finished(kind, numbers, error)))
     return [nozzle for _, nozzle in sorted(found, key=lambda pair: pair[0])]
+
+
+def _fitted(
+    kind: str,
+    start: Mapping[str, float],
+    locked: Collection[str],
+    flow: Flow,
+    gravity: Sequence[float],
+    calls: int,
+    seed: int,
+) -> tuple[float, dict[str, float]]:
+    """Least misfit of a kind near to some numbers, and the numbers that have it."""
+    names = [n for n in (*NAMES, *MORE[kind]) if n not in locked]
+
+    def changed(x: Floats) -> dict[str, float]:
+        return dict(start) | dict(zip(names, map(float, x), strict=True))
+
+    def cost(x: Floats) -> float:
+        trial = changed(x)
+        return flow.misfit(_nozzle(kind, trial), gravity) + _unusual(kind, trial)
+
+    finer = FINER if kind == "rain" else 1.0
+    error, x = evolve(
+        cost,
+        [start[n] for n in names],
+        [STEPS[n] * finer for n in names],
+        calls,
+        seed,
+    )
+    return error, changed(x)
 
 
 def _kinds(drops: Drops | None) -> list[str]:
@@ -138,15 +150,11 @@ def _kinds(drops: Drops | None) -> list[str]:
 
 def _first_hit(track: Track, pixels: Pixels, gravity: Sequence[float]) -> Hit:
     """When and where it first touches a wall or another thing."""
-    edge = round((WALL + 0.006) * pixels.side)
-    walls = np.ones(track.masks.shape[1:], np.bool_)
-    walls[edge : pixels.side - edge, edge : pixels.side - edge] = False
+    walls = rim(pixels.side, WALL + 0.006)
     down = np.asarray(gravity, np.float64)
     down = down / max(float(np.hypot(*down)), 1e-6)
     for number in range(track.first + 1, len(track.masks)):
-        kernel = np.ones((3, 3), np.uint8)
-        near = cv2.dilate(track.hidden[number].astype(np.uint8), kernel) > 0
-        touched = track.masks[number] & (walls | near)
+        touched = track.masks[number] & (walls | around(track.hidden[number], 1))
         if touched.any():
             depth = float((pixels.places(*np.nonzero(touched)) @ down).min())
             return Hit(number - 1, depth, (float(down[0]), float(down[1])))

@@ -61,11 +61,9 @@ def _in_golden_order(born: Floats, side: Floats) -> tuple[Floats, float] | None:
     for gap in mean * np.geomspace(*GAPS):
         for first in range(FIRST_DROPS):
             numbers = np.rint((born - born[0]) / gap) + first
-            part = numbers * GOLDEN % 1.0 - 0.5
-            columns = np.stack([np.ones(len(side)), part], axis=1)
-            fit = np.linalg.lstsq(columns, side, rcond=None)[0]
-            off = float(np.median(np.abs(side - columns @ fit)))
-            if fit[1] > 0.0 and (best is None or off < best[0]):
+            (_, width), expected = _line(side, numbers)
+            off = float(np.median(np.abs(side - expected)))
+            if width > 0.0 and (best is None or off < best[0]):
                 best = off, numbers, float(gap)
     if best is None:
         return None
@@ -76,11 +74,22 @@ def _in_golden_order(born: Floats, side: Floats) -> tuple[Floats, float] | None:
 
 def spread(side: Floats, numbers: Floats) -> tuple[float, float]:
     """Middle and extent of places across a nozzle, of drops by their numbers."""
-    part = numbers * GOLDEN % 1.0 - 0.5
     if len(side) > 2:
-        columns = np.stack([np.ones(len(side)), part], axis=1)
-        (middle, width), *_ = np.linalg.lstsq(columns, side, rcond=None)
+        (middle, width), _ = _line(side, numbers)
         if 0.0 < width < 0.9:
             return float(middle), float(width)
     width = max(USUAL_WIDTH, 1.2 * float(np.ptp(side)))
-    return float((side - width * part).mean()), width
+    return float((side - width * _parts(numbers)).mean()), width
+
+
+def _line(side: Floats, numbers: Floats) -> tuple[Floats, Floats]:
+    """Middle and extent of a nozzle by places across it, and where drops are then."""
+    columns = np.stack([np.ones(len(side)), _parts(numbers)], axis=1)
+    fit = np.asarray(np.linalg.lstsq(columns, side, rcond=None)[0], np.float64)
+    return fit, np.asarray(columns @ fit, np.float64)
+
+
+def _parts(numbers: Floats) -> Floats:
+    """Places of drops across their nozzle, in parts of its width from the middle."""
+    found: Floats = numbers * GOLDEN % 1.0 - 0.5
+    return found

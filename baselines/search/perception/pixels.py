@@ -67,6 +67,21 @@ class Pixels:
         )  # type: ignore[return-value]
 
 
+def rim(side: int, width: float) -> Mask:
+    """Pixels (side, side) at most so far from the edge of the domain [m]."""
+    edge = round(width * side)
+    found: Mask = np.ones((side, side), np.bool_)
+    found[edge : side - edge, edge : side - edge] = False
+    return found
+
+
+def around(mask: Mask, reach: int) -> Mask:
+    """Pixels (N, N) at most so many rows and columns from those of a mask."""
+    kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    found: Mask = cv2.dilate(mask.astype(np.uint8), kernel) > 0
+    return found
+
+
 def distances(shape: Data, x: Floats, y: Floats) -> Floats:
     """Signed distances [m] of points from a shape in plain data."""
     model = SHAPES[shape["type"]].model_validate(shape)

@@ -3,11 +3,18 @@
 from dataclasses import dataclass
 from typing import Final
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.baselines.search.perception.pixels import WALL, Data, Field, Pixels, Seen
+from mpmworlds.baselines.search.perception.pixels import (
+    WALL,
+    Data,
+    Field,
+    Pixels,
+    Seen,
+    around,
+    rim,
+)
 from mpmworlds.baselines.search.perception.simplex import descend
 from mpmworlds.baselines.search.perception.tracks import Track
 
@@ -95,13 +102,9 @@ def poses_of(track: Track, shape: Data, pixels: Pixels, grown: float = 0.0) -> P
 
 def _clear(track: Track, count: int) -> int:
     """First frames, at most `count`, in which nothing is near to a thing."""
-    side = track.masks.shape[1]
-    edge = round(WALL * side)
-    free = np.zeros((side, side), np.bool_)
-    free[edge : side - edge, edge : side - edge] = True
-    kernel = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
+    walls = rim(track.masks.shape[1], WALL)
     for number in range(count):
-        near = cv2.dilate(track.masks[number].astype(np.uint8), kernel) > 0
-        if (near & (track.hidden[number] | ~free)).any():
+        near = around(track.masks[number], REACH)
+        if (near & (track.hidden[number] | walls)).any():
             return number
     return count

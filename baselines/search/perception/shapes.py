@@ -20,9 +20,7 @@ HANDICAP: Final = {
     "fan_blades": 0.008,
     "rounded_box": 0.010,
 }
-OBLONG: Final = (
-    1.2  # ratio of axes; that of ellipses of the train split is 1.37 or more
-)
+OBLONG: Final = 1.2  # ratio of axes of what is no circle: in train 1.37 or more
 ROUNDED: Final = 0.85  # part of a side that is round
 NO_CIRCLE: Final = 0.05  # overlap that tells what is round from a circle; none is so
 PER_CORNER: Final = 0.0035

@@ -127,9 +127,8 @@ def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Mo
             yield _scaling(number, path, 0.08, 0.3)
     state = known.get("initial_state") or {}
     if thing["shape"]["type"] == "circle" and "angular_velocity" not in state:
-        yield Move(
-            f"{number}.spin", 2.0, 0.3, _spun(number)
-        )  # not seen before it lands
+        # It is not seen before the body lands.
+        yield Move(f"{number}.spin", 2.0, 0.3, _spun(number))
     if set(known.get("shape") or {}) - {"type", "center", "angle_deg"}:
         return
 

@@ -70,8 +70,7 @@ class Numbers:
 
     def scattered(self, data: Data, distance: float, draw: np.random.Generator) -> Data:
         """A scene whose numbers are moved by so many first steps, about."""
-        by_color = self._tried.lab.losses(self._tried.best.data).by_color
-        for move in self._moves(data, by_color, fine=True):
+        for move in self._moves(data, {}, fine=True):
             data = move.of(data, distance * move.step * draw.standard_normal())
         return data
 

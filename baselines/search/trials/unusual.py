@@ -74,8 +74,8 @@ def _odd(thing: Data, prior: Prior) -> float:
     if numbers is None:
         return 0.0
     name = numbers["constitutive_model"]
-    kinds = (UNCOMMON + _distance(numbers, prior.typical(k)) for k in prior.kinds(name))
-    return ODD * min(_distance(numbers, prior.typical(name)), *kinds, math.inf)
+    kinds = [UNCOMMON + _distance(numbers, prior.typical(k)) for k in prior.kinds(name)]
+    return ODD * min([_distance(numbers, prior.typical(name)), *kinds])
 
 
 def _distance(numbers: Data, usual: Data) -> float:
@@ -93,10 +93,8 @@ def _crowded(thing: Data) -> float:
     if emission is None:
         return 0.0
     width, speed = thing["shape"]["size"][0], math.hypot(*emission["velocity"])
-    return (
-        THIN
-        * crowding(emission["type"], emission["rate"], width, max(speed, 0.01)) ** 2
-    )
+    dense = crowding(emission["type"], emission["rate"], width, max(speed, 0.01))
+    return THIN * dense**2
 
 
 def rare(name: str, prior: Prior) -> float:
