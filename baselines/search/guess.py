@@ -24,6 +24,7 @@ from mpmworlds.baselines.search.perception.placing import place_shape
 from mpmworlds.baselines.search.perception.poses import Poses, poses_of
 from mpmworlds.baselines.search.perception.shapes import Fit, fit_shape
 from mpmworlds.baselines.search.perception.tracks import Track, tracks_of
+from mpmworlds.baselines.search.prior import prior
 from mpmworlds.baselines.search.side import Told
 from mpmworlds.sim.scene.objects import SHAPES
 
@@ -31,6 +32,7 @@ Data = dict[str, Any]
 
 LAWFUL: Final = 0.8  # distance from a law of motion that is none [px]
 FOLLOWED: Final = 0.94  # overlap of nearly all frames of what moves as a whole
+LOST: Final = 0.03  # of the overlap at first, by a thing that is drawn less well
 CALLS: Final = 1500  # free flights that a nozzle is fitted by
 POLYGON: Final = "polygon"
 
@@ -176,7 +178,8 @@ def _thing(
         laws = laws_of(poses, frame_time, reach, pixels.side)
     if not guess:
         followed = len(poses) == len(track.masks)
-        followed = followed and float(np.quantile(poses.iou, 0.1)) > FOLLOWED
+        least = min(FOLLOWED, fit.iou - LOST)
+        followed = followed and float(np.quantile(poses.iou, 0.1)) > least
         lawful = bool(laws) and laws[0].error < LAWFUL
         guess = "kinematic_collider" if followed and lawful else "dynamic_body"
         fit = _shape(track, known, pixels, GROWN if guess == "dynamic_body" else 0.0)
@@ -191,7 +194,7 @@ def _shape(track: Track, known: Mapping[str, Any], pixels: Pixels, grown: float)
     if len(shape) > 1:
         return place_shape(mask, pixels, shape, grown, care)
     kinds = [shape["type"]] if shape else []
-    return fit_shape(mask, pixels, grown, care, kinds)
+    return fit_shape(mask, pixels, grown, care, kinds, prior().outlines)
 
 
 def _gravities(

@@ -16,12 +16,14 @@ from typing import Any, Final
 import numpy as np
 import yaml
 
+from mpmworlds.baselines.search.outlines import usual_outlines
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.machine_yaml import read_machine_yaml
 from mpmworlds.loaders.load import load
 from mpmworlds.sim.scene.objects import MATERIALS
 
 Data = dict[str, Any]
+Outline = Sequence[Sequence[float]]
 
 PLACE: Final = "mpmworlds.baselines.search"
 TABLE: Final = "prior.yaml"
@@ -59,6 +61,8 @@ class Prior:
     """Quartiles of the way of translating colliders [m]."""
     emission_stops: Sequence[float]
     """Quartiles of the time when emitters stop [s]."""
+    outlines: Sequence[Outline]
+    """Those that most polygons have, see `usual_outlines`."""
     still: float
     """Part of its area that changes from frame to frame at the end of the prefix, below
     which a thing has settled; `python -m benchmarks.search settled` fits it."""
@@ -135,6 +139,9 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         contact={"type": law, "friction": friction, "skin_cells": skin},
         way=[_round(v) for v in np.quantile(ways, QUARTILES)],
         emission_stops=[_round(v) for v in np.quantile(stops, QUARTILES)],
+        outlines=usual_outlines(
+            t["shape"]["vertices"] for t in things if t["shape"]["type"] == "polygon"
+        ),
         still=prior().still,
     )
 

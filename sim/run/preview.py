@@ -16,11 +16,17 @@ from mpmworlds.files.scratch import Scratch
 from mpmworlds.sim.run.encode import Frames, check_frames
 
 # Names the settings below where previews are kept: change both together.
-PREVIEW_CODEC: Final = "h264-yuv420p-crf23-bt601-medium-g1s/1"
+PREVIEW_CODEC: Final = "h264-yuv420p-crf23-bt601-medium-g1s/2"
 
 _BT601: Final = 6  # its number among the colour spaces of a stream
-# The bytes of x264 depend on its thread count.
-_X264: Final = {"preset": "medium", "crf": "23", "threads": "1"}
+# The bytes of x264 depend on its thread count, and its macroblock tree reads memory it
+# never wrote where the width of a picture is no multiple of 128 pixels.
+_X264: Final = {
+    "preset": "medium",
+    "crf": "23",
+    "threads": "1",
+    "x264-params": "mbtree=0",
+}
 _STRIDE: Final = 4  # pixels: enough to choose a frame by, at a tenth of the time
 
 

@@ -1,6 +1,11 @@
 """Previews play everywhere, look like the clip, and are the same bytes every time."""
 
+import hashlib
 import io
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import av
 import cv2
@@ -54,6 +59,26 @@ def test_preview_looks_like_the_clip():
 def test_bytes_are_the_same_every_time():
     assert encode_preview(ball(), RATE) == encode_preview(ball(), RATE)
     assert poster(ball()) == poster(ball())
+
+
+@pytest.mark.parametrize("fill", ["1", "77", "255"])
+def test_bytes_do_not_depend_on_what_memory_held_before(fill):
+    program = (
+        "import hashlib, sys; sys.path.insert(0, sys.argv[1]);"
+        "from test_preview import RATE, ball, encode_preview;"
+        "data = [encode_preview(ball(side=side), RATE) for side in (48, 96, 144)];"
+        "print(hashlib.sha256(b''.join(data)).hexdigest())"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program, str(Path(__file__).parent)],
+        env=os.environ | {"MALLOC_PERTURB_": fill},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    here = b"".join(encode_preview(ball(side=side), RATE) for side in (48, 96, 144))
+    assert run.stdout.strip() == hashlib.sha256(here).hexdigest()
 
 
 def test_views_are_encoded_as_seen():

@@ -1,7 +1,7 @@
 """The shape of a mask: fits of all kinds, and the choice among them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from mpmworlds.baselines.search.perception.forms import Start, polygons, starts
 from mpmworlds.baselines.search.perception.pixels import Data, Mask, Pixels, Seen
 from mpmworlds.baselines.search.perception.simplex import descend
+from mpmworlds.baselines.search.perception.templates import Outline, outlined
 
 # A kind of more freedom must fit better by so much overlap.
 HANDICAP: Final = {
@@ -24,6 +25,8 @@ OBLONG: Final = 1.2  # ratio of axes of what is no circle: in train 1.37 or more
 ROUNDED: Final = 0.85  # part of a side that is round
 NO_CIRCLE: Final = 0.05  # overlap that tells what is round from a circle; none is so
 PER_CORNER: Final = 0.0035
+USUAL: Final = 0.01  # the same of a polygon of a usual outline
+WELL: Final = 0.95  # overlap of one after which others are not tried
 MOST_CORNERS: Final = 16
 GOOD: Final = 0.975  # overlap after which polygons of more corners are not tried
 UPRIGHT: Final = 0.6  # degrees from an axis that nobody meant
@@ -38,6 +41,8 @@ class Fit:
     """Plain data."""
     iou: float
     """Overlap with the mask."""
+    usual: bool = False
+    """Whether it is a polygon of a usual outline."""
 
 
 def fit_shape(
@@ -46,6 +51,7 @@ def fit_shape(
     grown: float = 0.0,
     care: Mask | None = None,
     kinds: Sequence[str] = (),
+    outlines: Sequence[Outline] = (),
 ) -> Fit:
     """The shape that a mask most likely is.
 
@@ -59,6 +65,8 @@ def fit_shape(
         By how much it is drawn larger than it is [m].
     kinds
         Types that it may have; any if empty.
+    outlines
+        That polygons often have.
     """
     seen = Seen(mask, care, pixels)
     fits = [
@@ -68,7 +76,13 @@ def fit_shape(
     ]
     best = max((f.iou for f in fits), default=0.0)
     if not kinds or "polygon" in kinds or not fits:
-        for start in polygons(mask, pixels, MOST_CORNERS):
+        usual = [
+            replace(_fitted(start, seen, grown), usual=True)
+            for start in outlined(mask, pixels, outlines)
+        ]
+        fits += usual
+        well = max((f.iou for f in usual), default=0.0) > WELL
+        for start in () if well else polygons(mask, pixels, MOST_CORNERS):
             if best > GOOD and len(start.numbers) > 8 and not kinds:
                 break
             fits.append(_fitted(start, seen, grown))
@@ -86,11 +100,13 @@ def _upright(fit: Fit, seen: Seen, grown: float) -> Fit:
         return fit
     shape = fit.shape | {"angle_deg": nearest}
     iou = seen.iou(shape, grown)
-    return Fit(shape, iou) if iou > fit.iou - 0.002 else fit
+    return replace(fit, shape=shape, iou=iou) if iou > fit.iou - 0.002 else fit
 
 
 def _merit(fit: Fit) -> float:
     kind = fit.shape["type"]
+    if fit.usual:
+        return fit.iou - USUAL
     if kind == "polygon":
         return fit.iou - PER_CORNER * len(fit.shape["vertices"])
     return fit.iou - HANDICAP[kind] - (NO_CIRCLE if _is_round(fit.shape) else 0.0)
