@@ -20,9 +20,10 @@ from mpmworlds.sim.scene.steps import with_fewest_steps
 
 Data = dict[str, Any]
 
-TRIES: Final = 60  # changes of one scene
+TRIES: Final = 60  # small changes of one scene, and as many larger ones
 INWARD: Final = 0.002  # a step away from a wall [m]
 BACK: Final = 0.001  # a step of a nozzle away from what it points at [m]
+NARROWER: Final = 0.95  # of the width of a nozzle
 FLATTER: Final = 0.93  # of the depth of a nozzle, which does nothing
 FLATTEST: Final = 0.012  # [m]
 LENGTHS: Final = (
@@ -57,12 +58,12 @@ def repaired(data: Data) -> Data:
         If it takes more than small changes.
     """
     data = copy.deepcopy(data)
-    for _ in range(TRIES):
+    for mends in (*[_MENDS] * TRIES, *[_HARDER] * TRIES):
         broken = _broken(data)
         if not broken:
             return data
         for number, rule in broken:
-            mend = _MENDS.get(rule)
+            mend = mends.get(rule)
             if mend is None:
                 raise ValueError(f"objects[{number}] breaks the rule of {rule}")
             mend(data["objects"][number])
@@ -151,6 +152,16 @@ def _back(thing: Data) -> None:
     shape["center"] = (np.array(shape["center"]) - BACK * velocity / speed).tolist()
 
 
+def _narrow(thing: Data) -> None:
+    """A nozzle that is narrower: what it lies on is on all sides of it."""
+    if "emission" in thing:
+        width, depth = thing["shape"]["size"]
+        thing["shape"]["size"] = [NARROWER * width, depth]
+        _thin(thing)
+    else:
+        _shrink(thing)
+
+
 def _thin(thing: Data) -> None:
     """A jet of fewer particles."""
     emission = thing["emission"]
@@ -186,7 +197,7 @@ def _rub(thing: Data) -> None:
     thing["contact"]["friction"] = 0.5
 
 
-_MENDS: Final[Mapping[str, Callable[[Data], None]]] = {
+_MENDS: Final[dict[str, Callable[[Data], None]]] = {
     "domain": _inward,
     "overlap": _shrink,
     "jets": _thin,
@@ -196,3 +207,4 @@ _MENDS: Final[Mapping[str, Callable[[Data], None]]] = {
     "tearing": _slow,
     "belts": _rub,
 }
+_HARDER: Final = _MENDS | {"overlap": _narrow}

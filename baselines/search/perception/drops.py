@@ -18,6 +18,9 @@ Mask = npt.NDArray[np.bool_]
 
 FLIGHT: Final = 7  # frames of a drop that tells gravity
 MOST_FLIGHTS: Final = 6
+FEW: Final = 2  # births that tell no rate
+LEAST_FLIGHT: Final = 3  # frames of a drop that tells where it was born
+MOST_FITTED: Final = 5
 LEAST: Final = 12  # pixels of a drop
 COMPACT: Final = 0.6  # part of its box that a drop fills
 WHOLE: Final = 1.35  # growth in a frame of what does not come out little by little
@@ -55,25 +58,19 @@ def drops_of(
     hit: Hit,
 ) -> Drops | None:
     """Follow compact pieces through frames; None if there are none."""
-    free = masks & (hit.beneath(pixels) == 0)
-    free[: hit.frame + 1] = masks[: hit.frame + 1]
-    found = [d for d in _followed(free, pixels) if len(d.frames) >= 3]
+    free = np.stack([m & ~hit.beneath(pixels, k) for k, m in enumerate(masks)])
+    found = [d for d in _followed(free, pixels) if len(d.frames) >= LEAST_FLIGHT]
     found = found or _at_once(masks, pixels)
     if not found:
         return None
     area = float(np.median([max(d.areas) for d in found]))
     found = [d for d in found if max(d.areas) < 2.2 * area]
-    starts = []
-    for drop in found:
-        count = min(len(drop.frames), 5)
-        time = frame_time * np.arange(count)
-        free = np.array(drop.places[:count]) - np.outer(time**2 / 2, gravity)
-        a = np.stack([np.ones(count), time], axis=1)
-        (place, velocity), *_ = np.linalg.lstsq(a, free, rcond=None)
-        starts.append((drop.frames[0] * frame_time, place, velocity))
-    starts.sort(key=lambda s: s[0])
+    starts = sorted((_start(d, gravity, frame_time) for d in found), key=lambda s: s[0])
     velocity = np.median([v for _, _, v in starts], axis=0)
     alike = [s for s in starts if np.hypot(*(s[2] - velocity)) < 0.4] or starts
+    if len(alike) < FEW:
+        alike += _others(alike, _followed(masks, pixels), area, gravity, frame_time)
+        alike.sort(key=lambda s: s[0])
     velocity = np.mean([v for _, _, v in alike], axis=0)
     radius = math.sqrt(area / math.pi) - DRAWN_LARGER
     return Drops(
@@ -84,9 +81,54 @@ def drops_of(
     )
 
 
+_Start = tuple[float, Floats, Floats]
+"""Time [s], place [m] and velocity [m/s] of a drop when it is seen first."""
+
+
+def _start(drop: _Drop, gravity: Sequence[float], frame_time: float) -> _Start:
+    count = min(len(drop.frames), MOST_FITTED)
+    time = frame_time * np.arange(count)
+    free = np.array(drop.places[:count]) - np.outer(time**2 / 2, gravity)
+    a = np.stack([np.ones(count), time], axis=1)
+    (place, velocity), *_ = np.linalg.lstsq(a, free, rcond=None)
+    return drop.frames[0] * frame_time, place, velocity
+
+
+def _others(
+    known: Sequence[_Start],
+    found: Sequence[_Drop],
+    area: float,
+    gravity: Sequence[float],
+    frame_time: float,
+) -> list[_Start]:
+    """Drops like those that are known, beneath a place that something has hit.
+
+    They are of their size, begin where those do, and leave as they do.
+    """
+    velocity = np.mean([v for _, _, v in known], axis=0)
+    ahead = velocity / max(float(np.hypot(*velocity)), 1e-6)
+    level = [float(place @ ahead) for _, place, _ in known]
+    way = float(np.hypot(*velocity)) * frame_time
+    others = []
+    for drop in found:
+        if (
+            len(drop.frames) < LEAST_FLIGHT
+            or abs(drop.areas[0] / area - 1.0) > WHOLE - 1
+        ):
+            continue
+        time, place, v = _start(drop, gravity, frame_time)
+        near = min(level) - way < float(place @ ahead) < max(level) + way
+        new = all(time != t or np.hypot(*(place - p)) > 0.01 for t, p, _ in known)
+        if near and new and np.hypot(*(v - velocity)) < 0.25:
+            others.append((time, place, v))
+    return others
+
+
 def _are_drops(masks: Mask, found: Sequence[_Drop]) -> bool:
-    """Whether the first frames show as many pixels as drops have."""
+    """Whether the first frames show as many pixels as drops have, and one of them."""
     first = int(np.argmax(masks.any(axis=(1, 2))))
+    if all(drop.frames[0] > first for drop in found):
+        return False
     seen = [float(masks[k].sum()) for k in range(first, min(first + 4, len(masks)))]
     grows = len(seen) > 2 and seen[2] > 1.6 * seen[1] > 2.2 * seen[0]
     return len(found) >= 3 or (len(found) >= 1 and not grows)

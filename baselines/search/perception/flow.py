@@ -9,7 +9,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.baselines.search.perception.pixels import WALL, Pixels
+from mpmworlds.baselines.search.perception.pixels import (
+    WALL,
+    Pixels,
+    around,
+    rim,
+)
 from mpmworlds.sim.scene.objects import EMISSIONS
 
 Floats = npt.NDArray[np.float64]
@@ -25,26 +30,75 @@ USUAL: Final = 0.85  # rate of jets over the densest, in the middle of many
 DENSEST: Final = 1.2  # of particles at rest; few of the train split are denser
 UNUSUAL: Final = 0.15  # misfit that a rate far from it is worth, per squared log
 MARGIN: Final = 24  # pixels around what is seen
-REBOUND: Final = 0.06  # height above the first contact that nothing rebounds to [m]
+REBOUND: Final = 0.12  # height above the first contact that nothing rebounds to [m]
+STRIPS: Final = 96  # along gravity, of a width of 3 m
+BESIDE: Final = 3  # strips to either side of a contact that are spoiled, too
 CLEAR: Final = 7  # pixels from other things within which nothing is told
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Hit:
-    """First contact of what leaves a nozzle."""
+    """Contacts of what leaves a nozzle: beneath them, nothing flies freely."""
 
     frame: int
-    """Last frame before it."""
-    depth: float
-    """Its place along gravity [m]."""
+    """Last frame before the first of them."""
+    depth: Floats
+    """Depth of the highest one so far in each strip along gravity, (T, STRIPS) [m]."""
     down: tuple[float, float]
     """Direction of gravity, a unit vector."""
 
-    def beneath(self, pixels: Pixels) -> npt.NDArray[np.uint8]:
-        """Pixels (N, N) that may show what rebounds."""
+    @classmethod
+    def of(
+        cls, masks: Mask, others: Mask, pixels: Pixels, gravity: Sequence[float]
+    ) -> "Hit":
+        """Contacts with walls and other things.
+
+        Parameters
+        ----------
+        masks, others
+            Where it is, and where other things are, (T, N, N).
+        pixels
+            Where pixels are.
+        gravity
+            [m/s^2].
+        """
+        walls = rim(pixels.side, WALL + 0.006)
+        size = max(math.hypot(*gravity), 1e-6)
+        down = gravity[0] / size, gravity[1] / size
+        first = int(np.argmax(masks.any(axis=(1, 2))))
+        frame = len(masks)
+        depth = np.full((len(masks), STRIPS), np.inf)
+        for number in range(first + 1, len(masks)):
+            depth[number] = depth[number - 1]
+            touched = masks[number] & (walls | around(others[number], 1))
+            if not touched.any():
+                continue
+            rows, columns = np.nonzero(touched)
+            deep, strip = _along(pixels.places(rows, columns), down)
+            if frame == len(masks):  # what is hit first spoils all at its height
+                frame = number - 1
+                depth[number] = deep.min()
+            for k in range(-BESIDE, BESIDE + 1):
+                beside = np.clip(strip + k, 0, STRIPS - 1)
+                np.minimum.at(depth[number], beside, deep)
+        return cls(frame, depth, down)
+
+    def beneath(self, pixels: Pixels, number: int) -> Mask:
+        """Pixels (N, N) of a frame that may show what rebounds."""
         x, y = pixels.centers()
-        depth = self.down[0] * x[None, :] + self.down[1] * y[:, None]
-        return (depth > self.depth - REBOUND).astype(np.uint8)
+        places = np.stack(np.meshgrid(x, y), axis=-1)
+        deep, strip = _along(places, self.down)
+        found: Mask = deep > self.depth[number, strip] - REBOUND
+        return found
+
+
+def _along(
+    places: Floats, down: tuple[float, float]
+) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Depth of places (..., 2) along a direction, and the strips that they lie in."""
+    aside = places @ np.array([-down[1], down[0]])
+    strip = np.floor((aside + 1.5) / 3.0 * STRIPS).astype(np.int64)
+    return places @ np.array(down), strip
 
 
 class Flow:
@@ -61,7 +115,7 @@ class Flow:
     frame_time
         Simulated time between frames [s].
     hit
-        First contact; frames after it tell what lies well above it.
+        Contacts; frames after them tell what lies well above them.
     """
 
     def __init__(
@@ -71,7 +125,7 @@ class Flow:
         frames: Sequence[int],
         pixels: Pixels,
         frame_time: float,
-        hit: "Hit | None" = None,
+        hit: Hit | None = None,
     ) -> None:
         self._pixels, self._times = pixels, [frame_time * k for k in frames]
         everywhere: Mask = np.any(masks[list(frames)], axis=0)
@@ -82,7 +136,7 @@ class Flow:
         r2 = (offsets**2).sum(axis=0) / radius**2
         self._ball = (np.maximum(1.0 - r2, 0.0) ** 2).astype(np.float32)
         self._telling = [
-            self._clear(hidden[k], hit if hit and k > hit.frame else None)
+            self._clear(hidden[k], hit.beneath(pixels, k) if hit else None)
             for k in frames
         ]
         rows, columns = self._window
@@ -93,14 +147,14 @@ class Flow:
         self._blurred = [_on_scales(s) for s in seen]
         self._total = float(sum(s.sum() for s in seen)) + 12.0
 
-    def _clear(self, hidden: Mask, hit: "Hit | None") -> Any:
+    def _clear(self, hidden: Mask, spoiled: Mask | None) -> Any:
         kernel = np.ones((2 * CLEAR + 1,) * 2, np.uint8)
         near = np.asarray(cv2.dilate(hidden.astype(np.uint8), kernel), np.uint8)
         edge = round((WALL + 0.01) * self._pixels.side)
         near[:edge] = near[-edge:] = 1
         near[:, :edge] = near[:, -edge:] = 1
-        if hit is not None:
-            near = np.maximum(near, hit.beneath(self._pixels))
+        if spoiled is not None:
+            near[spoiled] = 1
         rows, columns = self._window
         return _halved(near[rows, columns] == 0)
 

@@ -12,7 +12,7 @@ from mpmworlds.baselines.search.perception.drops import Drops, drops_of
 from mpmworlds.baselines.search.perception.evolution import evolve
 from mpmworlds.baselines.search.perception.flow import SPACING, Flow, Hit
 from mpmworlds.baselines.search.perception.order import numbered, spread
-from mpmworlds.baselines.search.perception.pixels import WALL, Pixels, around, rim
+from mpmworlds.baselines.search.perception.pixels import Pixels
 from mpmworlds.baselines.search.perception.tracks import Track
 
 Floats = npt.NDArray[np.float64]
@@ -28,6 +28,7 @@ USUAL: Final = {"jet": (DENSE, 0.18), "hose": (DENSE, 0.18), "rain": (0.062, 0.5
 CROWDED: Final = {"jet": 0.01, "hose": 0.01, "rain": 0.001}
 WIDE: Final = (0.38, 0.5)  # width of rain [m] and the deviation of its logarithm
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
+NO_DROPS: Final = 10.0  # better fit that a jet must be worth where drops are seen
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
 GOOD: Final = {"jet": 1.5, "rain": 0.0, "hose": 0.1}
@@ -88,7 +89,7 @@ def nozzles_of(
     told
         What is known of it: plain data of an emitter with gaps.
     """
-    hit = _first_hit(track, pixels, gravity)
+    hit = Hit.of(track.masks, track.hidden, pixels, gravity)
     flows = {
         kind: Flow(track.masks, track.hidden, frames, pixels, frame_time, hit)
         for kind, frames in _frames(track, hit).items()
@@ -109,6 +110,8 @@ def nozzles_of(
             key=lambda pair: pair[0],
         )
         extra = HOSE_HANDICAP if kind == "hose" else 0.0
+        if kind != kinds[0] and kinds[0] == "rain":
+            extra = NO_DROPS
         found.append((error + extra, _finished(kind, numbers, error)))
     return [nozzle for _, nozzle in sorted(found, key=lambda pair: pair[0])]
 
@@ -146,19 +149,6 @@ def _fitted(
 def _kinds(drops: Drops | None) -> list[str]:
     steady = drops is not None and drops.steady
     return ["rain", "jet"] if steady else ["jet", "rain", "hose"]
-
-
-def _first_hit(track: Track, pixels: Pixels, gravity: Sequence[float]) -> Hit:
-    """When and where it first touches a wall or another thing."""
-    walls = rim(pixels.side, WALL + 0.006)
-    down = np.asarray(gravity, np.float64)
-    down = down / max(float(np.hypot(*down)), 1e-6)
-    for number in range(track.first + 1, len(track.masks)):
-        touched = track.masks[number] & (walls | around(track.hidden[number], 1))
-        if touched.any():
-            depth = float((pixels.places(*np.nonzero(touched)) @ down).min())
-            return Hit(number - 1, depth, (float(down[0]), float(down[1])))
-    return Hit(len(track.masks), math.inf, (float(down[0]), float(down[1])))
 
 
 def _frames(track: Track, hit: Hit) -> dict[str, list[int]]:
