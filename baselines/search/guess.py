@@ -209,7 +209,7 @@ def _gravities(
         if thing.kind == "dynamic_body" and thing.poses is not None
     ]
     found = gravity_of(flying, frame_time, pixels.side)
-    if not found[0].sure and found[0].value == EARTH:
+    if not found[0].sure:
         drops = [
             flight
             for thing in things
@@ -217,7 +217,9 @@ def _gravities(
             for flight in flights_of_drops(thing.track.masks, pixels)
         ]
         if len(drops) >= 2 or any(len(drop) >= LONG for drop in drops):
-            found = gravity_of(drops, frame_time, pixels.side, near=0.7)
+            told_by = gravity_of(drops, frame_time, pixels.side, near=0.7)
+            if told_by[0].sure or found[0].value == EARTH:
+                found = told_by
     pulls = told.pulls
     if pulls is None:
         return found

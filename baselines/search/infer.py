@@ -39,8 +39,13 @@ Data = dict[str, Any]
 
 RIVAL_NOZZLE: Final = 2.5  # misfit over the best one's of a nozzle that is tried, too
 RIVAL_LAW: Final = 0.4  # distance over the best one's of a law that is tried, too [px]
-# Gravities tried where flights tell none, about the middle of the unusual ones [m/s^2].
-UNUSUAL: Final = ((-1.6, -4.5), (1.6, -4.5), (-1.6, -7.5), (1.6, -7.5))
+# Gravities tried where flights tell none, evenly among the unusual ones [m/s^2]: these
+# are of 3 to 9.5, up to 40 degrees aside.
+UNUSUAL: Final = tuple(
+    (side * aside, down)
+    for aside, down in ((0.9, -4.4), (2.1, -4.0), (1.6, -7.3), (3.5, -6.6))
+    for side in (-1.0, 1.0)
+)
 FEWER_CALLS: Final = 350  # free flights that nozzles are fitted by under these
 SEEN: Final = 2  # frames after which a body that starts at rest is known to
 APART: Final = 2  # pixels between things that do not touch yet

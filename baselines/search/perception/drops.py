@@ -16,7 +16,8 @@ from mpmworlds.baselines.search.perception.poses import Poses
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-FLIGHT: Final = 7  # frames of a drop that tells gravity
+FLIGHT: Final = 5  # frames of a drop that tells gravity
+FAR: Final = 12.0  # pixels that it goes: what has landed tells none
 MOST_FLIGHTS: Final = 6
 FEW: Final = 2  # births that tell no rate
 LEAST_FLIGHT: Final = 3  # frames of a drop that tells where it was born
@@ -66,7 +67,8 @@ def drops_of(
     area = float(np.median([max(d.areas) for d in found]))
     found = [d for d in found if max(d.areas) < 2.2 * area]
     starts = sorted((_start(d, gravity, frame_time) for d in found), key=lambda s: s[0])
-    velocity = np.median([v for _, _, v in starts], axis=0)
+    # What has landed looks like a drop that is thrown up; the first ones have not.
+    velocity = np.median([v for t, _, v in starts if t == starts[0][0]], axis=0)
     alike = [s for s in starts if np.hypot(*(s[2] - velocity)) < 0.4] or starts
     if len(alike) < FEW:
         alike += _others(alike, _followed(masks, pixels), area, gravity, frame_time)
@@ -185,7 +187,12 @@ def _compact(mask: Mask, pixels: Pixels) -> list[tuple[Floats, float]]:
 
 def flights_of_drops(masks: Mask, pixels: Pixels) -> list[Poses]:
     """Drops that fly for some frames, as poses, the longest flights first."""
-    found = [d for d in _followed(masks, pixels) if len(d.frames) >= FLIGHT]
+    found = [
+        d
+        for d in _followed(masks, pixels)
+        if len(d.frames) >= FLIGHT
+        and np.hypot(*(d.places[-1] - d.places[0])) > FAR / pixels.side
+    ]
     found.sort(key=lambda d: -len(d.frames))
     return [
         Poses(

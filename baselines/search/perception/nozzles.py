@@ -28,6 +28,8 @@ USUAL: Final = {"jet": (DENSE, 0.18), "hose": (DENSE, 0.18), "rain": (0.062, 0.5
 CROWDED: Final = {"jet": 0.01, "hose": 0.01, "rain": 0.001}
 WIDE: Final = (0.38, 0.5)  # width of rain [m] and the deviation of its logarithm
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
+# Starts [s] before which most are meant to start with the scene, and hardly one is not.
+AT_ONCE: Final = {"jet": 0.03, "rain": 0.12}
 NO_DROPS: Final = 10.0  # better fit that a jet must be worth where drops are seen
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
@@ -104,7 +106,9 @@ def nozzles_of(
             break
         error, numbers = min(
             (
-                _fitted(kind, one, start.locked, flows[kind], gravity, calls, seed)
+                _fitted(
+                    kind, one, start.locked_of(one), flows[kind], gravity, calls, seed
+                )
                 for one in start.of(kind)
             ),
             key=lambda pair: pair[0],
@@ -182,7 +186,6 @@ class _Start:
         self._g, self._frame = np.asarray(gravity, np.float64), frame_time
         self._first = track.first
         self._told = _numbers_told(told)
-        self.locked = set(self._told)
 
     def of(self, kind: str) -> list[dict[str, float]]:
         """Numbers to start a kind with."""
@@ -199,22 +202,27 @@ class _Start:
             ]
         return [plain]
 
+    def locked_of(self, numbers: Mapping[str, float]) -> set[str]:
+        """Numbers that are known: those that are told, and a start with the scene."""
+        return {*self._told, *(["start"] if numbers["start"] == 0.0 else [])}
+
     def _of_growth(self) -> dict[str, float]:
         """From how the middle moves and the area grows in the first frames."""
         early = range(self._first, min(self._first + 4, len(self._masks)))
         a, b = self._masks[early[0]], self._masks[early[-1]]
-        start, end = self._pixels.centroid(a), self._pixels.centroid(b)
+        middle, end = self._pixels.centroid(a), self._pixels.centroid(b)
         time = max((early[-1] - early[0]) * self._frame, self._frame)
         # The middle of a jet that grows moves at half the speed of its head.
-        velocity = 2.0 * (end - start) / time - self._g * time / 3.0
+        velocity = 2.0 * (end - middle) / time - self._g * time / 3.0
         speed = min(max(float(np.hypot(*velocity)), 0.3), 6.0)
         heading = math.atan2(velocity[1], velocity[0])
         across = np.array([-math.sin(heading), math.cos(heading)])
         places = self._pixels.places(*np.nonzero(b))
         width = max(float(np.ptp(places @ across)), 0.015)
         back = velocity / max(speed, 1e-6)
-        along = (self._pixels.places(*np.nonzero(a)) - start) @ back
-        origin = start + back * float(along.min())
+        along = (self._pixels.places(*np.nonzero(a)) - middle) @ back
+        origin = middle + back * float(along.min())
+        start = (self._first - 0.7) * self._frame
         return {
             "x": float(origin[0]),
             "y": float(origin[1]),
@@ -222,7 +230,7 @@ class _Start:
             "heading": heading,
             "rate": math.log(DENSE * width * speed / SPACING**2),
             "width": math.log(width),
-            "start": max((self._first - 0.7) * self._frame, 0.0),
+            "start": start if start > AT_ONCE["jet"] else 0.0,
         }
 
     def _of_drops(self, drops: Drops) -> dict[str, float]:
@@ -240,7 +248,7 @@ class _Start:
         side = places @ across
         numbers, gap = numbered(born, side, len(self._masks) * self._frame)
         start = float(np.mean(born - gap * (numbers + 0.5)))
-        if "start" in self._told or start < 0.7 * self._frame:
+        if "start" in self._told or start < AT_ONCE["rain"]:
             level -= speed * (self._told.get("start", 0.0) - start)
             start = self._told.get("start", 0.0)
         middle, width = spread(side, numbers)

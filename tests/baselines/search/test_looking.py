@@ -146,6 +146,32 @@ def test_one_drop_is_rain_though_something_is_near_it():
     assert nozzle.emission["drop_radius"] == pytest.approx(0.045, rel=0.1)
 
 
+def test_drops_that_pile_up_on_something_tell_their_nozzle():
+    data = world("still", "rain").to_data()
+    still, rain = data["objects"]
+    still["shape"] = {"type": "box", "center": [0.5, 0.2], "size": [0.5, 0.14]}
+    rain["shape"] |= {"center": [0.5, 0.62], "size": [0.4, 0.05]}
+    rain["emission"] |= {"rate": 2100.0, "drop_radius": 0.035}
+    sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
+    thing = next(t for t in sight.things if t.track.color == COLORS[1])
+    nozzle = thing.nozzles[0]
+    assert nozzle.emission["type"] == "rain"
+    assert nozzle.shape["center"] == pytest.approx([0.5, 0.62], abs=0.025)
+    assert nozzle.emission["velocity"] == pytest.approx([0.0, -1.0], abs=0.12)
+    assert nozzle.emission["rate"] == pytest.approx(2100.0, rel=0.1)
+
+
+def test_a_jet_that_meets_a_wall_at_once_is_no_rain():
+    data = world("still", "jet").to_data()
+    still, jet = data["objects"]
+    still["shape"] = {"type": "box", "center": [0.78, 0.5], "size": [0.1, 0.6]}
+    jet["shape"] |= {"center": [0.64, 0.7], "angle_deg": -50.0, "size": [0.068, 0.05]}
+    jet["emission"] |= {"rate": 6200.0, "velocity": [1.3, -1.0], "start": 0.0}
+    sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
+    thing = next(t for t in sight.things if t.track.color == COLORS[1])
+    assert thing.nozzles[0].emission["type"] == "jet"
+
+
 def test_a_body_that_is_pushed_tells_no_gravity():
     """What bends its way looks like a pull aside."""
     data = world("brick", "bowl").to_data()
