@@ -28,12 +28,12 @@ USUAL: Final = {"jet": (DENSE, 0.18), "hose": (DENSE, 0.18), "rain": (0.062, 0.5
 CROWDED: Final = {"jet": 0.01, "hose": 0.01, "rain": 0.001}
 WIDE: Final = (0.38, 0.5)  # width of rain [m] and the deviation of its logarithm
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
-# Starts [s] before which most are meant to start with the scene, and hardly one is not.
-AT_ONCE: Final = {"jet": 0.03, "rain": 0.12}
+# Start of rain [s] before which most is meant to start with the scene, hardly any not.
+AT_ONCE: Final = 0.12
 NO_DROPS: Final = 10.0  # better fit that a jet must be worth where drops are seen
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
-GOOD: Final = {"jet": 1.5, "rain": 0.0, "hose": 0.1}
+GOOD: Final = {"jet": 1.5, "rain": 0.3, "hose": 0.1}
 NAMES: Final = ("x", "y", "speed", "heading", "rate", "width", "start")
 MORE: Final = {"jet": (), "rain": ("radius",), "hose": ("swing", "period")}
 FINER: Final = 0.4  # steps of what drops tell well
@@ -152,7 +152,7 @@ def _fitted(
 
 def _kinds(drops: Drops | None) -> list[str]:
     steady = drops is not None and drops.steady
-    return ["rain", "jet"] if steady else ["jet", "rain", "hose"]
+    return ["rain", "jet"] if steady else ["jet", "hose", "rain"]
 
 
 def _frames(track: Track, hit: Hit) -> dict[str, list[int]]:
@@ -203,8 +203,12 @@ class _Start:
         return [plain]
 
     def locked_of(self, numbers: Mapping[str, float]) -> set[str]:
-        """Numbers that are known: those that are told, and a start with the scene."""
-        return {*self._told, *(["start"] if numbers["start"] == 0.0 else [])}
+        """Numbers that are known: those that are told, and a start with the scene.
+
+        That of rain trades with its speed and place.
+        """
+        at_once = "radius" in numbers and numbers["start"] == 0.0
+        return {*self._told, *(["start"] if at_once else [])}
 
     def _of_growth(self) -> dict[str, float]:
         """From how the middle moves and the area grows in the first frames."""
@@ -230,7 +234,7 @@ class _Start:
             "heading": heading,
             "rate": math.log(DENSE * width * speed / SPACING**2),
             "width": math.log(width),
-            "start": start if start > AT_ONCE["jet"] else 0.0,
+            "start": max(start, 0.0),
         }
 
     def _of_drops(self, drops: Drops) -> dict[str, float]:
@@ -248,7 +252,7 @@ class _Start:
         side = places @ across
         numbers, gap = numbered(born, side, len(self._masks) * self._frame)
         start = float(np.mean(born - gap * (numbers + 0.5)))
-        if "start" in self._told or start < AT_ONCE["rain"]:
+        if "start" in self._told or start < AT_ONCE:
             level -= speed * (self._told.get("start", 0.0) - start)
             start = self._told.get("start", 0.0)
         middle, width = spread(side, numbers)
