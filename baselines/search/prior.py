@@ -77,6 +77,11 @@ class Prior:
         numbers: Data = known["kinds"][int(kind)] if kind else known["numbers"]
         return {"constitutive_model": name} | numbers
 
+    def common(self, count: int) -> list[str]:
+        """Classes that most matter is of, the commonest first."""
+        names = sorted(self.materials, key=lambda n: (-self.materials[n]["share"], n))
+        return names[:count]
+
     def kinds(self, material: str) -> list[str]:
         """Names of the kinds of a class that are far from the typical one."""
         return [

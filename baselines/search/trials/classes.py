@@ -83,7 +83,7 @@ class Classes:
         returns classes by what they do for the whole scene, the best first.
         """
         tried, lab, prior = self._tried, self._tried.lab, self._tried.prior
-        names = sorted(MATERIALS, key=lambda n: (-prior.materials[n]["share"], n))
+        names = prior.common(len(MATERIALS))
         scenes = {name: tried.of_class(data, turned, name) for name in names}
         losses: dict[str, Losses] = {}
         try:

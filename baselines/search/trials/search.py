@@ -31,6 +31,7 @@ SCATTER: Final = 0.4  # first steps that numbers are moved by to begin again, ab
 FARTHEST: Final = 1.5  # the most of them
 GROWTH: Final = 1.4  # of that distance after one that was worth a look
 IDLE: Final = 8  # beginnings in a row that are known already: nothing else is possible
+USUAL: Final = 3  # classes of matter that scenes of far gravities are tried with
 SWAPPED: Final = 0.2  # how often a class is another one then, and how often the walls
 
 
@@ -75,6 +76,7 @@ class Search:
             self._classes.each_by_itself()
             self._surroundings.belts()
             self._readings([*scenes[1:], *far] if far else [])
+            self._of_usual_classes(far)
             self._refine()
             self._elsewhere()
         except BudgetSpent:
@@ -98,6 +100,17 @@ class Search:
                     scene["objects"][number], matter, self._tried.told(number)
                 )
             self._tried.run(changed, "another reading of the prefix")
+
+    def _of_usual_classes(self, scenes: Sequence[Data]) -> None:
+        """Scenes of other gravities with all matter of each class that is common.
+
+        The best matter so far was found under a gravity that may be far off.
+        """
+        for scene in scenes:
+            sought = self._tried.sought(scene)
+            for name in self._tried.prior.common(USUAL) if sought else ():
+                changed = self._tried.of_class(scene, sought, name)
+                self._tried.run(changed, f"all {name}, another reading")
 
     def _refine(self) -> None:
         """Numbers of the best scene, what was decided without them, and the rivals."""
