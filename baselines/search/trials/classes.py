@@ -21,7 +21,8 @@ Data = dict[str, Any]
 LEAST_LIKELY: Final = 1.0  # loss of a class that nothing is known of
 ENOUGH: Final = 5  # frames that tell a class where nothing else interferes
 FINALISTS: Final = 3  # classes of matter that see the whole prefix
-RIVALS: Final = 3  # classes that each thing is tried with by itself
+RIVALS: Final = 3  # classes that each thing is tried with by itself, and
+COMMON: Final = 3  # common ones
 
 
 class Classes:
@@ -40,8 +41,14 @@ class Classes:
         self._doubted: Counter[tuple[int, str]] = Counter()  # how often each was tried
 
     def rivals(self, number: int) -> list[str]:
-        """The likeliest classes of a thing, the first one first."""
-        return self._rankings[number][:RIVALS]
+        """The likeliest classes of a thing, the first one first, and common ones.
+
+        What shows little before it touches others tells its class by the whole prefix
+        only; three of four things are of a common one.
+        """
+        ranking = self._rankings[number]
+        common = [name for name in self._tried.prior.common(COMMON) if name in ranking]
+        return list(dict.fromkeys([*ranking[:RIVALS], *common]))
 
     def all_alike(self, data: Data) -> None:
         """Every thing of one class: what each of them shows tells its own class.
@@ -150,7 +157,8 @@ class Classes:
 
     def _with_kinds(self, number: int) -> Iterator[str]:
         """Classes of a thing, the likeliest first, and kinds of the first of them."""
-        for place, name in enumerate(self._rankings[number]):
-            yield name
-            if place < RIVALS:
-                yield from self._tried.prior.kinds(name)
+        likely, ranking = self.rivals(number), self._rankings[number]
+        yield from likely
+        for name in ranking[:RIVALS]:
+            yield from self._tried.prior.kinds(name)
+        yield from (name for name in ranking if name not in likely)
