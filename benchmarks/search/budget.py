@@ -11,7 +11,7 @@ from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from typing import Any, Final
 
 from benchmarks.search.measure import evaluate_on, read_all, table
-from benchmarks.search.rows import SPLITS, chosen_ids, examples
+from benchmarks.search.rows import FINAL, SPLITS, all_ids, chosen_ids, examples
 
 from mpmworlds.baselines.protocol import Answer, AnyPredictor, Task
 from mpmworlds.baselines.registry import predictor_named
@@ -33,7 +33,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add which budgets."""
     parser.add_argument("--out", type=Path, required=True, help="folder of the results")
     parser.add_argument("--regime", default=DEFAULT, choices=sorted(REGIMES))
-    parser.add_argument("--split", choices=SPLITS, default=SPLITS[0])
+    parser.add_argument("--split", choices=sorted({*SPLITS, *FINAL}), default=SPLITS[0])
+    parser.add_argument(
+        "--final",
+        action="store_true",
+        help="all samples of the split, the test split too: once, at the end",
+    )
     parser.add_argument("--minutes", type=float, nargs="+", default=[1, 2, 5])
     parser.add_argument(
         "--part", default="0/1", help="K/N: only each N-th sample from the K-th on"
@@ -43,10 +48,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def carry_out(options: argparse.Namespace) -> None:
     """Search once a sample, evaluate at each budget, and print the tables."""
     place, parts = map(int, options.part.split("/"))
-    ids = chosen_ids(options.release, options.split, options.config)[place::parts]
-    chosen = examples(
-        options.release, options.split, options.config, ids, options.regime
-    )
+    rows = options.release, options.split, options.config
+    ids = (all_ids if options.final else chosen_ids)(*rows)[place::parts]
+    chosen = examples(*rows, ids, options.regime, final=options.final)
     scenes = options.out / "scenes"
     for example in chosen:
         _search(example, options, scenes)

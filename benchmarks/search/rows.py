@@ -14,6 +14,8 @@ CHOSEN: Final[Mapping[str, slice]] = {
 }
 """Split -> which rows of `mini`, in the order of their ids."""
 SPLITS: Final = tuple(CHOSEN)
+FINAL: Final = ("test", "modification_validation")
+"""Splits that are measured as a whole, once nothing is changed any more."""
 
 
 def chosen_ids(release: Path, split: str, config: str) -> list[str]:
@@ -22,17 +24,29 @@ def chosen_ids(release: Path, split: str, config: str) -> list[str]:
     return sorted(ids)[CHOSEN[split]]
 
 
+def all_ids(release: Path, split: str, config: str) -> list[str]:
+    """Ids of all samples of a split, for a measurement at the end."""
+    ids: Sequence[str] = load(release, split, config).table["id"]
+    return sorted(ids)
+
+
 def examples(
-    release: Path, split: str, config: str, ids: Sequence[str], regime: str = DEFAULT
+    release: Path,
+    split: str,
+    config: str,
+    ids: Sequence[str],
+    regime: str = DEFAULT,
+    *,
+    final: bool = False,
 ) -> list[Example]:
     """Samples of a split, those of some ids if there are any.
 
     Raises
     ------
     ValueError
-        If it is a split that nothing is developed on.
+        If it is a split that nothing is developed on, unless it is `final`.
     """
-    if split not in SPLITS:
+    if split not in (FINAL if final else SPLITS):
         raise ValueError(
             f"split {split!r}: search is developed on {' and '.join(SPLITS)} alone"
         )
