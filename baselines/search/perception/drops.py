@@ -1,7 +1,7 @@
 """Drops one by one: where they were born, how fast they leave, how large they are."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -22,6 +22,9 @@ MOST_FLIGHTS: Final = 6
 FEW: Final = 2  # births that tell no rate
 LEAST_FLIGHT: Final = 3  # frames of a drop that tells where it was born
 MOST_FITTED: Final = 5
+ALIKE: Final = 0.4  # difference from the velocity of the first drops at most [m/s]
+MORE_ALIKE: Final = 0.25  # the same beneath what was hit [m/s]
+SAME: Final = 0.01  # distance of one drop from itself at most [m]
 LEAST: Final = 12  # pixels of a drop
 COMPACT: Final = 0.6  # part of its box that a drop fills
 WHOLE: Final = 1.35  # growth in a frame of what does not come out little by little
@@ -66,64 +69,77 @@ def drops_of(
         return None
     area = float(np.median([max(d.areas) for d in found]))
     found = [d for d in found if max(d.areas) < 2.2 * area]
-    starts = sorted((_start(d, gravity, frame_time) for d in found), key=lambda s: s[0])
+    all_ = sorted((_born(d, gravity, frame_time) for d in found), key=_Birth.when)
     # What has landed looks like a drop that is thrown up; the first ones have not.
-    velocity = np.median([v for t, _, v in starts if t == starts[0][0]], axis=0)
-    alike = [s for s in starts if np.hypot(*(s[2] - velocity)) < 0.4] or starts
-    if len(alike) < FEW:
-        alike += _others(alike, _followed(masks, pixels), area, gravity, frame_time)
-        alike.sort(key=lambda s: s[0])
-    velocity = np.mean([v for _, _, v in alike], axis=0)
+    first = [b.velocity for b in all_ if b.time == all_[0].time]
+    leaving = np.median(first, axis=0)
+    births = [b for b in all_ if _apart(b.velocity, leaving) < ALIKE] or all_
+    if len(births) < FEW:
+        whole = [
+            _born(d, gravity, frame_time)
+            for d in _followed(masks, pixels)
+            if len(d.frames) >= LEAST_FLIGHT and d.areas[0] / WHOLE < area
+            if d.areas[0] > (2.0 - WHOLE) * area
+        ]
+        births = sorted([*births, *_others(births, whole, frame_time)], key=_Birth.when)
+    velocity = np.mean([b.velocity for b in births], axis=0)
     radius = math.sqrt(area / math.pi) - DRAWN_LARGER
     return Drops(
         (float(velocity[0]), float(velocity[1])),
-        tuple((t, float(p[0]), float(p[1])) for t, p, _ in alike),
+        tuple((b.time, float(b.place[0]), float(b.place[1])) for b in births),
         radius / pixels.side,
         steady=_are_drops(masks, found),
     )
 
 
-_Start = tuple[float, Floats, Floats]
-"""Time [s], place [m] and velocity [m/s] of a drop when it is seen first."""
+@dataclass(frozen=True, eq=False)
+class _Birth:
+    """A drop when it is seen first."""
+
+    time: float
+    """[s]."""
+    place: Floats
+    """[m]."""
+    velocity: Floats
+    """[m/s]."""
+
+    def when(self) -> float:
+        """Its time [s]."""
+        return self.time
 
 
-def _start(drop: _Drop, gravity: Sequence[float], frame_time: float) -> _Start:
+def _born(drop: _Drop, gravity: Sequence[float], frame_time: float) -> _Birth:
     count = min(len(drop.frames), MOST_FITTED)
     time = frame_time * np.arange(count)
     free = np.array(drop.places[:count]) - np.outer(time**2 / 2, gravity)
     a = np.stack([np.ones(count), time], axis=1)
     (place, velocity), *_ = np.linalg.lstsq(a, free, rcond=None)
-    return drop.frames[0] * frame_time, place, velocity
+    return _Birth(drop.frames[0] * frame_time, place, velocity)
 
 
 def _others(
-    known: Sequence[_Start],
-    found: Sequence[_Drop],
-    area: float,
-    gravity: Sequence[float],
-    frame_time: float,
-) -> list[_Start]:
+    known: Sequence[_Birth], whole: Sequence[_Birth], frame_time: float
+) -> Iterator[_Birth]:
     """Drops like those that are known, beneath a place that something has hit.
 
-    They are of their size, begin where those do, and leave as they do.
+    They begin where those do, and leave as they do.
     """
-    velocity = np.mean([v for _, _, v in known], axis=0)
-    ahead = velocity / max(float(np.hypot(*velocity)), 1e-6)
-    level = [float(place @ ahead) for _, place, _ in known]
-    way = float(np.hypot(*velocity)) * frame_time
-    others = []
-    for drop in found:
-        if (
-            len(drop.frames) < LEAST_FLIGHT
-            or abs(drop.areas[0] / area - 1.0) > WHOLE - 1
-        ):
-            continue
-        time, place, v = _start(drop, gravity, frame_time)
-        near = min(level) - way < float(place @ ahead) < max(level) + way
-        new = all(time != t or np.hypot(*(place - p)) > 0.01 for t, p, _ in known)
-        if near and new and np.hypot(*(v - velocity)) < 0.25:
-            others.append((time, place, v))
-    return others
+    velocity = np.mean([b.velocity for b in known], axis=0)
+    speed = float(np.hypot(*velocity))
+    ahead = velocity / max(speed, 1e-6)
+    levels = [float(b.place @ ahead) for b in known]
+    low, high = min(levels) - speed * frame_time, max(levels) + speed * frame_time
+    for birth in whole:
+        here = low < float(birth.place @ ahead) < high
+        seen = any(
+            birth.time == b.time and _apart(birth.place, b.place) <= SAME for b in known
+        )
+        if here and not seen and _apart(birth.velocity, velocity) < MORE_ALIKE:
+            yield birth
+
+
+def _apart(one: Floats, other: Floats) -> float:
+    return float(np.hypot(*(one - other)))
 
 
 def _are_drops(masks: Mask, found: Sequence[_Drop]) -> bool:

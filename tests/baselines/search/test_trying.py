@@ -16,6 +16,7 @@ from mpmworlds.baselines.search.perception.simplex import descend
 from mpmworlds.baselines.search.prior import prior
 from mpmworlds.baselines.search.repair import repaired, written
 from mpmworlds.baselines.search.side import over, read_side
+from mpmworlds.baselines.search.trials.classes import Classes
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
 from mpmworlds.baselines.search.trials.loss import Reference
 from mpmworlds.baselines.search.trials.moves import Doubt
@@ -88,6 +89,35 @@ def test_a_search_ends_where_nothing_may_be_changed():
         search = Search(Tried(lab, prior(), known))
         search.run([told])
         assert lab.runs == 1 and search.best.loss > 0.1
+
+
+def test_a_gravity_that_no_flight_tells_is_found_with_common_matter():
+    """What is made up for by other matter under a wrong gravity keeps it wrong."""
+    truth = fall("elastic").to_data()
+    truth["environment"]["gravity"] = [3.5, -6.6]
+    right = Scene.from_yaml(written(truth)).to_data()
+    wrong = right | {"environment": right["environment"] | {"gravity": [0.0, -9.8]}}
+    doubt = Doubt({0: {}, 1: {}}, {}, (), (), walls=False)
+    known = Known(doubt, None, {0: 5}, (), {})
+    seen = prefix_of(Scene.from_yaml(written(truth)))
+    with Lab(labels_of(seen), SMALL, 24, 1e6) as lab:
+        search = Search(Tried(lab, prior(), known))
+        search.run([wrong], far=[right])
+        assert search.best.data["environment"]["gravity"] == [3.5, -6.6]
+        tried = [t.what for t in search.trials]
+        assert "all elastic, another reading" in tried
+        assert search.best.loss < 0.1
+
+
+def test_common_classes_are_tried_of_each_thing():
+    """What shows little at first may be ranked behind any other class."""
+    scene = fall("liquid").to_data()
+    doubt = Doubt({0: {}, 1: {}}, {}, (), (), walls=False)
+    with Lab(labels_of(prefix_of(fall("liquid"))), SMALL, 60, 1e6) as lab:
+        classes = Classes(Tried(lab, prior(), Known(doubt, None, {0: 5}, (), {})))
+        classes.all_alike(scene)
+        assert classes.rivals(0)[0] == "liquid"
+        assert {"liquid", "elastic", "snow"} <= set(classes.rivals(0))
 
 
 def example(scene, **row):
@@ -180,6 +210,17 @@ def test_a_nozzle_steps_back_from_what_it_would_pour_on():
     assert fixed["shape"]["center"] == pytest.approx([0.5, 0.82], abs=0.01)
     assert fixed["shape"]["size"][0] == pytest.approx(0.3, rel=0.05)
     assert fixed["emission"]["rate"] == rain["emission"]["rate"]
+
+
+def test_a_nozzle_between_things_becomes_narrower():
+    data = world("still", "rain").to_data()
+    box = {"type": "box", "center": [0.8, 0.8], "size": [0.2, 0.3]}
+    data["objects"][0]["shape"] = box
+    with pytest.raises(ValueError, match="overlaps"):
+        Scene.from_data(data)  # it reaches .05 m into a box that is .15 m high
+    fixed = Scene.from_yaml(written(data)).to_data()["objects"][1]
+    assert fixed["shape"]["center"][0] == pytest.approx(0.6, abs=0.01)
+    assert 0.15 < fixed["shape"]["size"][0] < 0.21
 
 
 def test_scenes_that_are_far_off_are_not():
