@@ -93,7 +93,7 @@ def moves_of(
         if "contact" in thing and "contact" not in doubt.told.get(number, {}):
             yield Move(f"{number}.friction", 0.3, 0.4, _friction(number))
     for axis in doubt.gravity:
-        yield Move(f"gravity[{axis}]", 0.15, 0.35, _pull(axis, doubt.flights))
+        yield Move(f"gravity[{axis}]", 0.15, 0.35, pull(axis, doubt.flights))
 
 
 def _of_thing(number: int, thing: Data, doubt: Doubt) -> Iterator[Move]:
@@ -183,7 +183,7 @@ def _scaling(number: int, path: tuple[str, ...], step: float, weight: float) -> 
     return Move(f"{number}.{'.'.join(path)}", step, weight, change)
 
 
-def _pull(axis: int, flights: Mapping[int, float]) -> Callable[[Data, float], None]:
+def pull(axis: int, flights: Mapping[int, float]) -> Callable[[Data, float], None]:
     """Gravity, with velocities that leave what was seen of flights as it is."""
 
     def change(data: Data, by: float) -> None:
@@ -235,7 +235,7 @@ def _spun(number: int) -> Callable[[Data, float], None]:
     return change
 
 
-def _aimed(number: int) -> Callable[[Data, float], None]:
+def aimed(number: int) -> Callable[[Data, float], None]:
     """A jet that is turned about its nozzle [rad]."""
 
     def change(data: Data, by: float) -> None:
@@ -262,7 +262,7 @@ def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[M
 
         yield Move(f"{number}.speed", 0.12, 0.9, faster)
         if thing["emission"]["type"] == "jet":
-            yield Move(f"{number}.direction", 0.05, 0.6, _aimed(number))
+            yield Move(f"{number}.direction", 0.05, 0.6, aimed(number))
     if "size" not in (known.get("shape") or {}):
 
         def wider(data: Data, by: float) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.trials.classes import Classes
+from mpmworlds.baselines.search.trials.exact import exact
 from mpmworlds.baselines.search.trials.lab import BudgetSpent
 from mpmworlds.baselines.search.trials.numbers import Numbers
 from mpmworlds.baselines.search.trials.readings import (
@@ -117,6 +118,7 @@ class Search:
         for _ in range(ROUNDS):
             before = self.best
             self._numbers.together(before)
+            self._exactly()
             self._surroundings.other_walls()
             if self._numbers.looks == 1:
                 self._surroundings.colliders()
@@ -125,10 +127,17 @@ class Search:
             if self.best.loss > (1.0 - WORTHWHILE) * before.loss:
                 break
         self._numbers.one_by_one(self.best)
+        self._exactly()
         for rival in distinct(self.trials, reading_of)[1:]:
             if rival.loss < RUNNER_UP * self.best.loss:
                 self._numbers.together(rival)
                 self._numbers.one_by_one(rival)
+
+    def _exactly(self) -> None:
+        """Numbers that many scenes share, where the best scene is near to them."""
+        tried, best = self._tried, self.best.data
+        for what, changed in exact(best, tried.known.doubt, tried.prior):
+            tried.run(changed, what)
 
     def _runner_up(self) -> None:
         """The best scene of other classes, or of a gravity far from that of the best.

@@ -20,6 +20,7 @@ UNCOMMON: Final = 8.0  # the same for a kind that few are of
 USUAL_LAW: Final = "separate"  # of colliders
 ALL_ALIKE: Final = 0.2  # share of scenes whose colliders are of another law, the walls'
 MIXED: Final = 0.05  # share of those of other laws
+SPINNING: Final = 0.19  # share of bodies that spin at first
 THIN: Final = 0.001  # loss that one is worth which is a deviation denser, or less
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
@@ -48,7 +49,9 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     pull = RARE * (gravity is None and not customary(data, prior))
     laws = _laws(data["objects"], law)
     odd = sum(_odd(thing, prior) for thing in data["objects"])
-    return matter + extra + walls + jets + pull + laws + odd + _astray(data, gravity)
+    spins = sum(map(_spinning, data["objects"]))
+    known = matter + extra + walls + jets + pull + laws + odd + spins
+    return known + _astray(data, gravity)
 
 
 def customary(data: Data, prior: Prior) -> bool:
@@ -76,6 +79,12 @@ def _odd(thing: Data, prior: Prior) -> float:
     name = numbers["constitutive_model"]
     kinds = [UNCOMMON + _distance(numbers, prior.typical(k)) for k in prior.kinds(name)]
     return ODD * min([_distance(numbers, prior.typical(name)), *kinds])
+
+
+def _spinning(thing: Data) -> float:
+    """Most bodies do not spin at first."""
+    spin = thing.get("initial_state", {}).get("angular_velocity", 0.0)
+    return rarity(SPINNING) if spin else 0.0
 
 
 def _distance(numbers: Data, usual: Data) -> float:
