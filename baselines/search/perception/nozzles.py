@@ -27,6 +27,7 @@ USUAL: Final = {"jet": (DENSE, 0.18), "hose": (DENSE, 0.18), "rain": (0.062, 0.5
 # Misfit that one is worth which is so much denser, or less.
 CROWDED: Final = {"jet": 0.01, "hose": 0.01, "rain": 0.001}
 WIDE: Final = (0.38, 0.5)  # width of rain [m] and the deviation of its logarithm
+SWING: Final = (24.0, 6.0)  # of hoses and its deviation [deg]
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 # Start of rain [s] before which most is meant to start with the scene, hardly any not.
 AT_ONCE: Final = 0.12
@@ -100,24 +101,30 @@ def nozzles_of(
     known = dict(told.get("emission") or {})
     kinds = [known["type"]] if "type" in known else _kinds(drops)
     start = _Start(track, pixels, gravity, frame_time, drops, told)
-    found: list[tuple[float, Nozzle]] = []
+    found: dict[str, tuple[float, dict[str, float]]] = {}
+
+    def fit(kind: str, starts: Sequence[Mapping[str, float]]) -> None:
+        for one in starts:
+            locked, flow = start.locked_of(one), flows[kind]
+            fitted = _fitted(kind, one, locked, flow, gravity, calls, seed)
+            found[kind] = min(found.get(kind, fitted), fitted, key=lambda f: f[0])
+
     for kind in kinds:
-        if found and min(error for error, _ in found) < GOOD[kind]:
+        if found and min(error for error, _ in found.values()) < GOOD[kind]:
             break
-        error, numbers = min(
-            (
-                _fitted(
-                    kind, one, start.locked_of(one), flows[kind], gravity, calls, seed
-                )
-                for one in start.of(kind)
-            ),
-            key=lambda pair: pair[0],
-        )
-        extra = HOSE_HANDICAP if kind == "hose" else 0.0
-        if kind != kinds[0] and kinds[0] == "rain":
-            extra = NO_DROPS
-        found.append((error + extra, _finished(kind, numbers, error)))
-    return [nozzle for _, nozzle in sorted(found, key=lambda pair: pair[0])]
+        fit(kind, start.of(kind))
+        if kind == "hose" and "jet" in found:  # may have begun far off
+            fit("jet", [found["hose"][1]])
+    nozzles = [_finished(kind, x, error) for kind, (error, x) in found.items()]
+    return sorted(nozzles, key=lambda n: n.error + _handicap(n, kinds[0]))
+
+
+def _handicap(nozzle: Nozzle, likeliest: str) -> float:
+    """Misfit that makes up for a kind that is not the likeliest."""
+    kind = nozzle.emission["type"]
+    if likeliest == "rain" and kind != likeliest:
+        return NO_DROPS
+    return HOSE_HANDICAP if kind == "hose" and likeliest != kind else 0.0
 
 
 def _fitted(
@@ -277,6 +284,9 @@ def _unusual(kind: str, v: Mapping[str, float]) -> float:
     if kind == "rain":
         usual, spread = WIDE
         deviations += ((v["width"] - math.log(usual)) / spread) ** 2
+    if kind == "hose":
+        usual, spread = SWING
+        deviations += ((abs(v["swing"]) - usual) / spread) ** 2
     return CROWDED[kind] * deviations
 
 

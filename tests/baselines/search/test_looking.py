@@ -169,7 +169,9 @@ def test_a_jet_that_meets_a_wall_at_once_is_no_rain():
     jet["emission"] |= {"rate": 6200.0, "velocity": [1.3, -1.0], "start": 0.0}
     sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
     thing = next(t for t in sight.things if t.track.color == COLORS[1])
-    assert thing.nozzles[0].emission["type"] == "jet"
+    emission = thing.nozzles[0].emission
+    assert emission["type"] == "jet"
+    assert emission["velocity"] == pytest.approx([1.3, -1.0], abs=0.15)
 
 
 def test_a_body_that_is_pushed_tells_no_gravity():
