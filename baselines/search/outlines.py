@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Outline = Sequence[Sequence[float]]
+"""Corners about the center of a polygon whose area is one."""
 
 FEW: Final = 0.005  # part of all polygons that shares an outline which is left out
 ALIKE: Final = 0.03  # of the root of the area: how far corners of one outline differ

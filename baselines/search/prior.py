@@ -16,14 +16,13 @@ from typing import Any, Final
 import numpy as np
 import yaml
 
-from mpmworlds.baselines.search.outlines import usual_outlines
+from mpmworlds.baselines.search.outlines import Outline, usual_outlines
 from mpmworlds.files.atomic import write_atomically
 from mpmworlds.files.machine_yaml import read_machine_yaml
 from mpmworlds.loaders.load import load
 from mpmworlds.sim.scene.objects import MATERIALS
 
 Data = dict[str, Any]
-Outline = Sequence[Sequence[float]]
 
 PLACE: Final = "mpmworlds.baselines.search"
 TABLE: Final = "prior.yaml"

@@ -148,15 +148,11 @@ class Flow:
         self._total = float(sum(s.sum() for s in seen)) + 12.0
 
     def _clear(self, hidden: Mask, spoiled: Mask | None) -> Any:
-        kernel = np.ones((2 * CLEAR + 1,) * 2, np.uint8)
-        near = np.asarray(cv2.dilate(hidden.astype(np.uint8), kernel), np.uint8)
-        edge = round((WALL + 0.01) * self._pixels.side)
-        near[:edge] = near[-edge:] = 1
-        near[:, :edge] = near[:, -edge:] = 1
+        near = around(hidden, CLEAR) | rim(self._pixels.side, WALL + 0.01)
         if spoiled is not None:
-            near[spoiled] = 1
+            near |= spoiled
         rows, columns = self._window
-        return _halved(near[rows, columns] == 0)
+        return _halved(~near[rows, columns])
 
     def misfit(self, nozzle: Mapping[str, Any], gravity: Sequence[float]) -> float:
         """Squared difference on several scales, over the area that is seen.

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from mpmworlds.baselines.search.perception.pixels import rotation
 from mpmworlds.baselines.search.perception.poses import Poses
 from mpmworlds.baselines.search.perception.simplex import descend
 
@@ -93,7 +94,7 @@ class _Problem:
 
     def _pivot(self) -> Floats:
         """Place, from the center, that does not move: s = p - R p."""
-        rows = [np.eye(2) - _rotation(turn) for turn in self.turn]
+        rows = [np.eye(2) - rotation(turn) for turn in self.turn]
         found = np.linalg.lstsq(np.vstack(rows), self.shift.ravel(), rcond=None)[0]
         far = np.linalg.norm(found)
         return np.zeros(2) if far * self.side < 1.0 else found
@@ -105,7 +106,7 @@ class _Problem:
 
     def _about(self, turn: Floats, pivot: Floats) -> Floats:
         """Displacements of the center by turns about a place."""
-        return np.array([pivot - _rotation(t) @ pivot for t in turn])
+        return np.array([pivot - rotation(t) @ pivot for t in turn])
 
     def _rotate(self) -> Law:
         slope, start, stop = _ramp(self.turn[:, None], self.time)
@@ -185,11 +186,6 @@ class _Problem:
 
 def _pair(v: Floats) -> tuple[float, float]:
     return float(v[0]), float(v[1])
-
-
-def _rotation(turn: float) -> Floats:
-    cos, sin = math.cos(turn), math.sin(turn)
-    return np.array([[cos, -sin], [sin, cos]])
 
 
 def _progress(time: Floats, start: float, stop: float) -> Floats:

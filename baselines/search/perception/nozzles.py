@@ -221,19 +221,18 @@ class _Start:
         """From how the middle moves and the area grows in the first frames."""
         early = range(self._first, min(self._first + 4, len(self._masks)))
         a, b = self._masks[early[0]], self._masks[early[-1]]
-        middle, end = self._pixels.centroid(a), self._pixels.centroid(b)
+        start, end = self._pixels.centroid(a), self._pixels.centroid(b)
         time = max((early[-1] - early[0]) * self._frame, self._frame)
         # The middle of a jet that grows moves at half the speed of its head.
-        velocity = 2.0 * (end - middle) / time - self._g * time / 3.0
+        velocity = 2.0 * (end - start) / time - self._g * time / 3.0
         speed = min(max(float(np.hypot(*velocity)), 0.3), 6.0)
         heading = math.atan2(velocity[1], velocity[0])
         across = np.array([-math.sin(heading), math.cos(heading)])
         places = self._pixels.places(*np.nonzero(b))
         width = max(float(np.ptp(places @ across)), 0.015)
         back = velocity / max(speed, 1e-6)
-        along = (self._pixels.places(*np.nonzero(a)) - middle) @ back
-        origin = middle + back * float(along.min())
-        start = (self._first - 0.7) * self._frame
+        along = (self._pixels.places(*np.nonzero(a)) - start) @ back
+        origin = start + back * float(along.min())
         return {
             "x": float(origin[0]),
             "y": float(origin[1]),
@@ -241,7 +240,7 @@ class _Start:
             "heading": heading,
             "rate": math.log(DENSE * width * speed / SPACING**2),
             "width": math.log(width),
-            "start": max(start, 0.0),
+            "start": max((self._first - 0.7) * self._frame, 0.0),
         }
 
     def _of_drops(self, drops: Drops) -> dict[str, float]:

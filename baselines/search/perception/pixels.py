@@ -67,6 +67,12 @@ class Pixels:
         )  # type: ignore[return-value]
 
 
+def rotation(turn: float) -> Floats:
+    """Matrix (2, 2) of a turn [rad]."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
 def rim(side: int, width: float) -> Mask:
     """Pixels (side, side) at most so far from the edge of the domain [m]."""
     edge = round(width * side)

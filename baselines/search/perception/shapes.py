@@ -6,10 +6,11 @@ from typing import Final
 
 import numpy as np
 
+from mpmworlds.baselines.search.outlines import Outline
 from mpmworlds.baselines.search.perception.forms import Start, polygons, starts
 from mpmworlds.baselines.search.perception.pixels import Data, Mask, Pixels, Seen
 from mpmworlds.baselines.search.perception.simplex import descend
-from mpmworlds.baselines.search.perception.templates import Outline, outlined
+from mpmworlds.baselines.search.perception.templates import outlined
 
 # A kind of more freedom must fit better by so much overlap.
 HANDICAP: Final = {

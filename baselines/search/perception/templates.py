@@ -10,12 +10,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from mpmworlds.baselines.search.outlines import Outline
 from mpmworlds.baselines.search.perception.forms import Start
-from mpmworlds.baselines.search.perception.pixels import Data, Mask, Pixels
+from mpmworlds.baselines.search.perception.pixels import Data, Mask, Pixels, rotation
 
 Floats = npt.NDArray[np.float64]
-Outline = Sequence[Sequence[float]]
-"""Corners about the center of a polygon whose area is one."""
 _Corners = tuple[tuple[float, float], ...]
 
 SECTORS: Final = 120  # that a shape is seen in from its middle
@@ -48,7 +47,7 @@ def outlined(
     step = 1.0 / pixels.side
     for number in sorted(range(len(views)), key=lambda k: turned[k])[:TRIED]:
         view, (_, turn) = views[number], turned[number]
-        center = middle - size * _rotation(turn) @ view.middle
+        center = middle - size * rotation(turn) @ view.middle
         numbers = (float(center[0]), float(center[1]), math.degrees(turn), size)
         steps = (step, step, 2.0, 2.0 * step)
         yield Start("polygon", numbers, steps, _drawn(view.outline))
@@ -100,11 +99,6 @@ def _turned(seen: Floats, view: _View) -> tuple[float, float]:
     ]
     least = int(np.argmin(unlike))
     return unlike[least], 2 * math.pi * least / SECTORS
-
-
-def _rotation(turn: float) -> Floats:
-    cos, sin = math.cos(turn), math.sin(turn)
-    return np.array([[cos, -sin], [sin, cos]])
 
 
 def _drawn(outline: _Corners) -> Callable[[Sequence[float]], Data]:
