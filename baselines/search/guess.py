@@ -7,8 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from mpmworlds.baselines.search.perception.colors import Labels
+from mpmworlds.baselines.search.matter import DRAWN
+from mpmworlds.baselines.search.perception.colors import EXACT, Labels
 from mpmworlds.baselines.search.perception.drops import flights_of_drops
+from mpmworlds.baselines.search.perception.edges import Edge, edge_of
 from mpmworlds.baselines.search.perception.flight import (
     EARTH,
     LONG,
@@ -57,6 +59,8 @@ class Thing:
     """How a body flies."""
     nozzles: Sequence[Nozzle] = ()
     """What it may come out of, likeliest first."""
+    edge: Edge = Edge.UNCLEAR
+    """How its edge looks, if it is a body."""
 
 
 @dataclass
@@ -100,6 +104,9 @@ def look(
         _thing(track, known, pixels, frame_time)
         for track, known in _paired(tracks_of(labels), told)
     ]
+    for thing in things if labels.exact > EXACT else ():
+        if thing.kind == "dynamic_body" and thing.track is not None:
+            thing.edge = _edge(thing, thing.track, pixels)
     gravities = _gravities(things, pixels, frame_time, told)
     for thing in things:
         aim(thing, gravities[0].value, pixels, frame_time, seed)
@@ -186,15 +193,32 @@ def _thing(
     return Thing(known, track, guess, fit, poses, laws)
 
 
-def _shape(track: Track, known: Mapping[str, Any], pixels: Pixels, grown: float) -> Fit:
+def _shape(
+    track: Track,
+    known: Mapping[str, Any],
+    pixels: Pixels,
+    grown: float,
+    *kinds: str,
+) -> Fit:
     shape = dict(known.get("shape") or {})
     mask, care = track.masks[0], track.care(0)
     if "center" in shape:
         return Fit(shape, 1.0)
     if len(shape) > 1:
         return place_shape(mask, pixels, shape, grown, care)
-    kinds = [shape["type"]] if shape else []
-    return fit_shape(mask, pixels, grown, care, kinds, prior().outlines)
+    asked = [shape["type"]] if shape else kinds
+    return fit_shape(mask, pixels, grown, care, asked, prior().outlines)
+
+
+def _edge(thing: Thing, track: Track, pixels: Pixels) -> Edge:
+    """How the edge of a body looks when it is seen first."""
+    if thing.fit is None:
+        return Edge.UNCLEAR
+    shapes = [thing.fit.shape]
+    if shapes[0]["type"] == POLYGON:  # drawn larger, it is no scaled one
+        grown = DRAWN["elastic_fem"]
+        shapes.append(_shape(track, thing.told, pixels, grown, POLYGON).shape)
+    return edge_of(track.masks[0], track.care(0), pixels, *shapes)
 
 
 def _gravities(

@@ -227,6 +227,7 @@ def _rivals(thing: Thing) -> Iterator[Thing]:
 
 def _known(sight: Sight, told: Told) -> Known:
     contacts, flights, started, longest = {}, {}, [], 0
+    edges = {number: thing.edge for number, thing in enumerate(sight.things)}
     for number, thing in enumerate(sight.things):
         if thing.kind == "dynamic_body" and thing.poses is not None:
             contacts[number] = thing.poses.rigid(RIGID)
@@ -248,9 +249,8 @@ def _known(sight: Sight, told: Told) -> Known:
     )
     first = sight.gravities[0]
     seen = first.value if first.sure else None
-    return Known(
-        doubt, seen, contacts, _touched(sight.things), alone_until(sight.things)
-    )
+    alone = alone_until(sight.things)
+    return Known(doubt, seen, contacts, _touched(sight.things), alone, edges)
 
 
 def _surest_flight(thing: Thing, sight: Sight) -> Flight:

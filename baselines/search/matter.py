@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from mpmworlds.baselines.search.perception.edges import Edge
 from mpmworlds.baselines.search.perception.pixels import GROWN
 from mpmworlds.baselines.search.repair import scaled
 from mpmworlds.sim.scene.fields import polygon_area
@@ -17,6 +18,11 @@ Data = dict[str, Any]
 # of each class. Those of a mesh have particles on their outline, which is splatted;
 # those that are rigid are drawn as they are.
 DRAWN: Final[Mapping[str, float]] = {"elastic_fem": 0.67 / 256, "rigid": 0.0}
+
+
+def looks_like(name: str, edge: Edge) -> bool:
+    """Whether the edge of a body may be that of a class: others are particles."""
+    return edge is Edge.UNCLEAR or (name in DRAWN) == (edge is Edge.SHARP)
 
 
 def of_matter(

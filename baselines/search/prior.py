@@ -56,6 +56,11 @@ class Prior:
     any: they come from few scenes, so that most have one of a handful."""
     contact: Data
     """Contact of most colliders."""
+    belts: Mapping[str, float]
+    """Type of a shape -> share of belts among colliders of it that stay where they are.
+    """
+    belt: Data
+    """Contact and surface speed of most belts."""
     way: Sequence[float]
     """Quartiles of the way of translating colliders [m]."""
     emission_stops: Sequence[float]
@@ -107,6 +112,9 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         if "contact" in t
     )
     law, friction, skin = contacts.most_common(1)[0][0]
+    moving = [t for t in things if _motion(t) == "conveyor"]
+    still = Counter(t["shape"]["type"] for t in things if _motion(t) == "still")
+    still += (by_shape := Counter(t["shape"]["type"] for t in moving))
     ways = [
         float(np.hypot(*k["velocity"])) * (k["stop"] - k["start"])
         for k in (t.get("kinematics", {}) for t in things)
@@ -141,6 +149,8 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         ],
         walls=_walls(all_),
         contact={"type": law, "friction": friction, "skin_cells": skin},
+        belts={name: _round(by_shape[name] / still[name]) for name in sorted(still)},
+        belt=_belt(moving),
         way=[_round(v) for v in np.quantile(ways, QUARTILES)],
         emission_stops=[_round(v) for v in np.quantile(stops, QUARTILES)],
         outlines=usual_outlines(
@@ -152,6 +162,25 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
 
 def _matter(scene: Mapping[str, Any]) -> list[Data]:
     return [t for t in scene["objects"] if "physics_properties" in t]
+
+
+def _motion(thing: Mapping[str, Any]) -> str:
+    """How a collider moves, `still` if it does not; nothing of what is no collider."""
+    if thing["object_type"] == "static_collider":
+        return "still"
+    return str(thing.get("kinematics", {}).get("type", ""))
+
+
+def _belt(belts: Sequence[Mapping[str, Any]]) -> Data:
+    """Contact and surface speed of most of them."""
+    laws = Counter(belt["contact"]["type"] for belt in belts)
+    frictions = [belt["contact"]["friction"] for belt in belts]
+    speeds = [abs(belt["kinematics"]["surface_speed"]) for belt in belts]
+    return {
+        "contact": laws.most_common(1)[0][0],
+        "friction": _round(np.median(frictions)),
+        "surface_speed": _round(np.median(speeds)),
+    }
 
 
 def _pace(scene: Mapping[str, Any]) -> float:

@@ -10,7 +10,6 @@ from mpmworlds.baselines.search.trials.readings import (
     Trial,
     class_of,
     classes_of,
-    may_be,
 )
 from mpmworlds.baselines.search.trials.tried import HOPELESS, Tried
 from mpmworlds.baselines.search.trials.unusual import rare
@@ -90,7 +89,11 @@ class Classes:
         returns classes by what they do for the whole scene, the best first.
         """
         tried, lab, prior = self._tried, self._tried.lab, self._tried.prior
-        names = prior.common(len(MATERIALS))
+        names = [
+            name
+            for name in prior.common(len(MATERIALS))
+            if any(tried.may_be(data, number, name) for number in turned)
+        ]
         scenes = {name: tried.of_class(data, turned, name) for name in names}
         losses: dict[str, Losses] = {}
         try:
@@ -111,7 +114,7 @@ class Classes:
                 for n in ranking
             }
             self._rankings[number] = sorted(
-                (n for n in ranking if may_be(thing, n)),
+                (n for n in ranking if tried.may_be(data, number, n)),
                 key=lacks.__getitem__,
             )
         return ranking

@@ -15,6 +15,7 @@ from mpmworlds.baselines.search.trials.moves import Doubt, aimed, pull
 Data = dict[str, Any]
 
 NEAR: Final = 2.0  # difference from a usual gravity [m/s^2]
+SLOW: Final = 0.3  # speed of a body at first; hardly any that moves is slower [m/s]
 DOWNWARD: Final = 10.0  # degrees from straight down; a third of all nozzles point there
 
 
@@ -41,6 +42,12 @@ def exact(data: Data, doubt: Doubt, prior: Prior) -> Iterator[tuple[str, Data]]:
                 state = changed["objects"][number]["initial_state"]
                 state["angular_velocity"] = 0.0
                 yield f"{number} does not spin", changed
+            speed = math.hypot(*thing["initial_state"]["velocity"])
+            if 0.0 < speed < SLOW and not told:
+                changed = copy.deepcopy(data)
+                state = changed["objects"][number]["initial_state"]
+                state |= {"velocity": [0.0, 0.0], "angular_velocity": 0.0}
+                yield f"{number} starts at rest", changed
         if "emission" in thing and "velocity" not in (known.get("emission") or {}):
             x, y = thing["emission"]["velocity"]
             aside = math.remainder(-math.pi / 2.0 - math.atan2(y, x), 2.0 * math.pi)

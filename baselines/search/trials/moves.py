@@ -125,10 +125,8 @@ def _of_build(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[Mo
         if "poissons_ratio" in thing["physics_properties"]:
             path = ("physics_properties", "poissons_ratio")
             yield _scaling(number, path, 0.08, 0.3)
-    state = known.get("initial_state") or {}
-    if thing["shape"]["type"] == "circle" and "angular_velocity" not in state:
-        # It is not seen before the body lands.
-        yield Move(f"{number}.spin", 2.0, 0.3, _spun(number))
+    if thing["initial_state"]["angular_velocity"] and spins_unseen(thing, known):
+        yield Move(f"{number}.spin", 1.0, 0.3, _spun(number))
     if set(known.get("shape") or {}) - {"type", "center", "angle_deg"}:
         return
 
@@ -226,6 +224,12 @@ def _of_spin(number: int, thing: Data, *, flown: bool) -> Iterator[Move]:
 
     step, weight = (0.1, 0.35) if flown else (0.6, 0.7)
     yield Move(f"{number}.spin", step, weight, _spun(number))
+
+
+def spins_unseen(thing: Data, known: Mapping[str, Any]) -> bool:
+    """Whether it is not seen of a body, nor told, if it spins before it lands."""
+    told = "angular_velocity" in (known.get("initial_state") or {})
+    return "initial_state" in thing and thing["shape"]["type"] == "circle" and not told
 
 
 def _spun(number: int) -> Callable[[Data, float], None]:

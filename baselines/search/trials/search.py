@@ -19,7 +19,10 @@ from mpmworlds.baselines.search.trials.readings import (
     pull_of,
     reading_of,
 )
-from mpmworlds.baselines.search.trials.surroundings import Surroundings
+from mpmworlds.baselines.search.trials.surroundings import (
+    OFTEN_BELTS,
+    Surroundings,
+)
 from mpmworlds.baselines.search.trials.tried import Tried
 
 Data = dict[str, Any]
@@ -73,6 +76,7 @@ class Search:
         try:
             self._classes.all_alike(scenes[0])
             self._readings(scenes[1:])
+            self._surroundings.belts(OFTEN_BELTS)
             self._surroundings.walls()
             self._classes.each_by_itself()
             self._surroundings.belts()
@@ -121,7 +125,9 @@ class Search:
             self._exactly()
             self._surroundings.other_walls()
             if self._numbers.looks == 1:
+                self._surroundings.belts()
                 self._surroundings.colliders()
+                self._surroundings.spins()
             self._classes.again()
             self._runner_up()
             if self.best.loss > (1.0 - WORTHWHILE) * before.loss:

@@ -1,19 +1,20 @@
-"""What things touch: walls, laws of colliders, belts."""
+"""What things touch: walls, laws of colliders, belts; and spins, which that shows."""
 
 import copy
 from typing import Any, Final
 
 import numpy as np
 
+from mpmworlds.baselines.search.trials.moves import spins_unseen
 from mpmworlds.baselines.search.trials.readings import classes_of
 from mpmworlds.baselines.search.trials.tried import HOPELESS, Tried
 
 Data = dict[str, Any]
 
 LAWS: Final = ("separate", "sticky", "slip")  # of colliders, the usual one first
-BELT_GAIN: Final = 0.004  # loss that a belt must save
-BELT_SPEEDS: Final = (0.93, -0.93)  # the median of the train split [m/s]
-BELTS: Final = ("box", "capsule", "rounded_box")
+OFTEN_BELTS: Final = 0.5  # share of belts from which on they are tried at once
+UNSEEN_SPIN: Final = 3.3  # of balls that spin: 2.5 to 4.8 in train [rad/s]
+HARDLY_BELTS: Final = 0.05  # share of belts below which none is tried
 
 
 class Surroundings:
@@ -98,24 +99,44 @@ class Surroundings:
                     contact["type"] = law
                     self._tried.run(changed, f"{number} {law}")
 
-    def belts(self) -> None:
-        """Still things that matter comes near to may be belts."""
+    def belts(self, share: float = HARDLY_BELTS) -> None:
+        """Still things that matter comes near to may be belts.
+
+        Those are tried of whose shapes more than a share are.
+        """
+        usual = self._prior.belt
         for number in self._tried.known.touched:
-            before = self._tried.best
-            thing = before.data["objects"][number]
-            still = thing["object_type"] == "static_collider"
+            before = self._tried.best.data
+            thing = before["objects"][number]
+            likely = self._prior.belts.get(thing["shape"]["type"], 0.0) > share
             told = self._tried.told(number).get("object_type")
-            if told or not still or thing["shape"]["type"] not in BELTS:
+            if told or not likely or thing["object_type"] != "static_collider":
                 continue
-            for speed in BELT_SPEEDS:
-                changed = copy.deepcopy(before.data)
+            for speed in (usual["surface_speed"], -usual["surface_speed"]):
+                changed = copy.deepcopy(before)
                 belt = changed["objects"][number]
                 belt["object_type"] = "kinematic_collider"
                 belt["kinematics"] = {"type": "conveyor", "surface_speed": speed}
-                belt["contact"] = {"type": "slip", "friction": 0.8, "skin_cells": 0.3}
-                found = self._tried.looked(changed, f"{number} is a belt")
-                if found.loss < before.loss - BELT_GAIN:
-                    self._tried.trials.append(found)
+                belt["contact"] |= {
+                    "type": usual["contact"],
+                    "friction": usual["friction"],
+                }
+                self._tried.run(changed, f"{number} is a belt")
+
+    def spins(self) -> None:
+        """Balls that move may spin, which is not seen before they land."""
+        for number in range(len(self._tried.best.data["objects"])):
+            before = self._tried.best.data
+            state = before["objects"][number].get("initial_state", {})
+            spun = state.get("angular_velocity") or not any(state.get("velocity", ()))
+            told = self._tried.told(number)
+            if spun or not spins_unseen(before["objects"][number], told):
+                continue
+            for spin in (UNSEEN_SPIN, -UNSEEN_SPIN):
+                changed = copy.deepcopy(before)
+                state = changed["objects"][number]["initial_state"]
+                state["angular_velocity"] = spin
+                self._tried.run(changed, f"{number} spins")
 
     def drawn(self, data: Data, draw: np.random.Generator) -> Data:
         """A scene with walls as often as they are in the train split."""

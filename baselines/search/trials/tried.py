@@ -2,10 +2,11 @@
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
-from mpmworlds.baselines.search.matter import of_matter
+from mpmworlds.baselines.search.matter import looks_like, of_matter
+from mpmworlds.baselines.search.perception.edges import Edge
 from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.lab import Lab
 from mpmworlds.baselines.search.trials.moves import Doubt
@@ -21,6 +22,7 @@ Data = dict[str, Any]
 
 # Loss over the best one's of a class or of walls that are not doubted again.
 HOPELESS: Final = 2.0
+INSTEAD: Final = ("elastic", "elastic_fem")  # any body may be of one of them
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class Known:
     alone: Mapping[int, int]
     """Frames until things of matter touch each other, by their numbers; none of those
     that do not."""
+    edges: Mapping[int, Edge] = field(default_factory=dict)
+    """How the edges of bodies look, by their numbers."""
 
 
 class Tried:
@@ -91,6 +95,11 @@ class Tried:
             and not self.told(number).get("physics_properties")
         ]
 
+    def may_be(self, data: Data, number: int, name: str) -> bool:
+        """Whether a thing may be of a class, by what it is and how its edge looks."""
+        edge = self.known.edges.get(number, Edge.UNCLEAR)
+        return may_be(data["objects"][number], name) and looks_like(name, edge)
+
     def turn(self, data: Data, number: int, name: str, *, alike: bool = False) -> None:
         """Make a thing of a typical material of a class, or of one like its own."""
         matter, thing = self.prior.typical(name), data["objects"][number]
@@ -101,9 +110,9 @@ class Tried:
         data["objects"][number] = of_matter(thing, matter, self.told(number))
 
     def of_class(self, data: Data, numbers: Sequence[int], name: str) -> Data:
-        """A scene with things of a class, `elastic` where they may not be of it."""
+        """A scene with things of a class, or of a usual one that they may be of."""
         changed = copy.deepcopy(data)
         for number in numbers:
-            thing = changed["objects"][number]
-            self.turn(changed, number, name if may_be(thing, name) else "elastic")
+            able = (n for n in (name, *INSTEAD) if self.may_be(data, number, n))
+            self.turn(changed, number, next(able))
         return changed

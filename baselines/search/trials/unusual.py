@@ -20,7 +20,10 @@ UNCOMMON: Final = 8.0  # the same for a kind that few are of
 USUAL_LAW: Final = "separate"  # of colliders
 ALL_ALIKE: Final = 0.2  # share of scenes whose colliders are of another law, the walls'
 MIXED: Final = 0.05  # share of those of other laws
-SPINNING: Final = 0.19  # share of bodies that spin at first
+SPINNING: Final = 0.36  # share of bodies that spin at first, of those that move then
+LEAST_SPIN: Final = 0.83  # of those [rad/s]
+LEAST_SPEED: Final = 0.08  # of bodies that move at first [m/s]
+NONE: Final = 0.003  # share of scenes that have what none of train has, at most
 THIN: Final = 0.001  # loss that one is worth which is a deviation denser, or less
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
@@ -49,8 +52,9 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     pull = RARE * (gravity is None and not customary(data, prior))
     laws = _laws(data["objects"], law)
     odd = sum(_odd(thing, prior) for thing in data["objects"])
-    spins = sum(map(_spinning, data["objects"]))
-    known = matter + extra + walls + jets + pull + laws + odd + spins
+    spins = sum(map(_starting, data["objects"]))
+    belts = sum(_still(thing, prior) for thing in data["objects"])
+    known = matter + extra + walls + jets + pull + laws + odd + spins + belts
     return known + _astray(data, gravity)
 
 
@@ -81,10 +85,26 @@ def _odd(thing: Data, prior: Prior) -> float:
     return ODD * min([_distance(numbers, prior.typical(name)), *kinds])
 
 
-def _spinning(thing: Data) -> float:
-    """Most bodies do not spin at first."""
-    spin = thing.get("initial_state", {}).get("angular_velocity", 0.0)
-    return rarity(SPINNING) if spin else 0.0
+def _starting(thing: Data) -> float:
+    """Half of all bodies are at rest at first; what spins moves, and none is slow."""
+    state = thing.get("initial_state")
+    if state is None:
+        return 0.0
+    speed, spin = math.hypot(*state["velocity"]), abs(state["angular_velocity"])
+    crept = rarity(NONE) if 0.0 < speed < LEAST_SPEED else 0.0
+    if not spin:
+        return crept
+    spun = rarity(SPINNING) if speed and spin > LEAST_SPIN else rarity(NONE)
+    return crept + spun
+
+
+def _still(thing: Data, prior: Prior) -> float:
+    """Nearly all capsules that stay where they are are belts, and hardly any circle."""
+    belt = thing.get("kinematics", {}).get("type") == "conveyor"
+    if not belt and thing["object_type"] != "static_collider":
+        return 0.0
+    share = prior.belts.get(thing["shape"]["type"], 0.0)
+    return rarity(max(share if belt else 1.0 - share, NONE))
 
 
 def _distance(numbers: Data, usual: Data) -> float:
