@@ -60,7 +60,7 @@ class Prior:
     """Type of a shape -> share of belts among colliders of it that stay where they are.
     """
     belt: Data
-    """Contact and surface speed of most belts."""
+    """Contact and surface speed of most belts; empty if there are none."""
     way: Sequence[float]
     """Quartiles of the way of translating colliders [m]."""
     emission_stops: Sequence[float]
@@ -172,7 +172,9 @@ def _motion(thing: Mapping[str, Any]) -> str:
 
 
 def _belt(belts: Sequence[Mapping[str, Any]]) -> Data:
-    """Contact and surface speed of most of them."""
+    """Contact and surface speed of most of them; empty if there are none."""
+    if not belts:
+        return {}
     laws = Counter(belt["contact"]["type"] for belt in belts)
     frictions = [belt["contact"]["friction"] for belt in belts]
     speeds = [abs(belt["kinematics"]["surface_speed"]) for belt in belts]
