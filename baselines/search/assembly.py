@@ -82,8 +82,6 @@ def _object(thing: Thing, name: str, sight: Sight, told: Told, prior: Prior) -> 
     }
     if thing.fit is not None:
         found["shape"] = copy.deepcopy(thing.fit.shape)
-    if thing.kind in ("static_collider", "kinematic_collider"):
-        found["contact"] = dict(prior.contact)
     if thing.kind == "kinematic_collider":
         _move(found, thing, sight, prior)
     if thing.kind == "dynamic_body":
@@ -95,6 +93,8 @@ def _object(thing: Thing, name: str, sight: Sight, told: Told, prior: Prior) -> 
     if "shape" not in found:  # told, but not seen
         x, y = told.near.get(str(thing.told.get("name")), (0.5, 0.5))
         found["shape"] = {"type": "circle", "center": [x, y], "radius": 0.08}
+    if thing.kind in ("static_collider", "kinematic_collider"):
+        found["contact"] = prior.contact_of(found)
     whole: Data = over(thing.told, found)
     if whole["shape"]["type"] != found["shape"]["type"]:
         whole["shape"] = {"center": found["shape"]["center"]} | whole["shape"]

@@ -35,6 +35,11 @@ QUARTILES: Final = (0.25, 0.5, 0.75)
 FRICTIONLESS: Final = ("sticky",)  # laws to which friction is nothing
 
 
+def motion_of(collider: Mapping[str, Any]) -> str:
+    """How a collider in plain data moves; `still` if it does not."""
+    return str(collider.get("kinematics", {}).get("type", "still"))
+
+
 @dataclass(frozen=True)
 class Prior:
     """Shares and middles of the train split."""
@@ -56,11 +61,14 @@ class Prior:
     any: they come from few scenes, so that most have one of a handful."""
     contact: Data
     """Contact of most colliders."""
+    contacts: Mapping[str, Mapping[str, Data]]
+    """Type of a shape -> motion, or `still` -> contact that most such colliders have.
+    """
     belts: Mapping[str, float]
     """Type of a shape -> share of belts among colliders of it that stay where they are.
     """
-    belt: Data
-    """Contact and surface speed of most belts; empty if there are none."""
+    belt_speed: float
+    """Median speed of the surface of belts [m/s]; 0 if there are none."""
     way: Sequence[float]
     """Quartiles of the way of translating colliders [m]."""
     emission_stops: Sequence[float]
@@ -80,6 +88,11 @@ class Prior:
         known = self.materials[name]
         numbers: Data = known["kinds"][int(kind)] if kind else known["numbers"]
         return {"constitutive_model": name} | numbers
+
+    def contact_of(self, thing: Mapping[str, Any]) -> Data:
+        """Contact that most colliders of a shape and motion have."""
+        known = self.contacts.get(thing["shape"]["type"], {})
+        return dict(self.contact) | known.get(motion_of(thing), {})
 
     def common(self, count: int) -> list[str]:
         """Classes that most matter is of, the commonest first."""
@@ -112,9 +125,7 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         if "contact" in t
     )
     law, friction, skin = contacts.most_common(1)[0][0]
-    moving = [t for t in things if _motion(t) == "conveyor"]
-    still = Counter(t["shape"]["type"] for t in things if _motion(t) == "still")
-    still += (by_shape := Counter(t["shape"]["type"] for t in moving))
+    by_motion = _by_motion(things)
     ways = [
         float(np.hypot(*k["velocity"])) * (k["stop"] - k["start"])
         for k in (t.get("kinematics", {}) for t in things)
@@ -149,8 +160,25 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         ],
         walls=_walls(all_),
         contact={"type": law, "friction": friction, "skin_cells": skin},
-        belts={name: _round(by_shape[name] / still[name]) for name in sorted(still)},
-        belt=_belt(moving),
+        contacts={
+            shape: {motion: _contact(some) for motion, some in sorted(found.items())}
+            for shape, found in sorted(by_motion.items())
+        },
+        belts={
+            shape: _round(len(found["conveyor"]) / count)
+            for shape, found in sorted(by_motion.items())
+            if (count := len(found["conveyor"]) + len(found["still"]))
+        },
+        belt_speed=_round(
+            np.median(
+                [
+                    abs(t["kinematics"]["surface_speed"])
+                    for found in by_motion.values()
+                    for t in found["conveyor"]
+                ]
+                or [0.0]
+            )
+        ),
         way=[_round(v) for v in np.quantile(ways, QUARTILES)],
         emission_stops=[_round(v) for v in np.quantile(stops, QUARTILES)],
         outlines=usual_outlines(
@@ -164,25 +192,23 @@ def _matter(scene: Mapping[str, Any]) -> list[Data]:
     return [t for t in scene["objects"] if "physics_properties" in t]
 
 
-def _motion(thing: Mapping[str, Any]) -> str:
-    """How a collider moves, `still` if it does not; nothing of what is no collider."""
-    if thing["object_type"] == "static_collider":
-        return "still"
-    return str(thing.get("kinematics", {}).get("type", ""))
+def _by_motion(
+    things: Iterable[Mapping[str, Any]],
+) -> dict[str, dict[str, list[Mapping[str, Any]]]]:
+    """Colliders by the types of their shapes and by how they move."""
+    found: dict[str, dict[str, list[Mapping[str, Any]]]] = {}
+    for thing in things:
+        if "contact" in thing:
+            of_shape = found.setdefault(thing["shape"]["type"], defaultdict(list))
+            of_shape[motion_of(thing)].append(thing)
+    return found
 
 
-def _belt(belts: Sequence[Mapping[str, Any]]) -> Data:
-    """Contact and surface speed of most of them; empty if there are none."""
-    if not belts:
-        return {}
-    laws = Counter(belt["contact"]["type"] for belt in belts)
-    frictions = [belt["contact"]["friction"] for belt in belts]
-    speeds = [abs(belt["kinematics"]["surface_speed"]) for belt in belts]
-    return {
-        "contact": laws.most_common(1)[0][0],
-        "friction": _round(np.median(frictions)),
-        "surface_speed": _round(np.median(speeds)),
-    }
+def _contact(colliders: Sequence[Mapping[str, Any]]) -> Data:
+    """Law that most of them have, and their median friction."""
+    laws = Counter(thing["contact"]["type"] for thing in colliders)
+    friction = np.median([thing["contact"]["friction"] for thing in colliders])
+    return {"type": laws.most_common(1)[0][0], "friction": _round(friction)}
 
 
 def _pace(scene: Mapping[str, Any]) -> float:

@@ -104,7 +104,7 @@ class Surroundings:
 
         Those are tried of whose shapes more than a share are.
         """
-        usual = self._prior.belt
+        usual = self._prior.belt_speed
         for number in self._tried.known.touched:
             before = self._tried.best.data
             thing = before["objects"][number]
@@ -112,15 +112,12 @@ class Surroundings:
             told = self._tried.told(number).get("object_type")
             if told or not likely or thing["object_type"] != "static_collider":
                 continue
-            for speed in (usual["surface_speed"], -usual["surface_speed"]):
+            for speed in (usual, -usual):
                 changed = copy.deepcopy(before)
                 belt = changed["objects"][number]
                 belt["object_type"] = "kinematic_collider"
                 belt["kinematics"] = {"type": "conveyor", "surface_speed": speed}
-                belt["contact"] |= {
-                    "type": usual["contact"],
-                    "friction": usual["friction"],
-                }
+                belt["contact"] = self._prior.contact_of(belt)
                 self._tried.run(changed, f"{number} is a belt")
 
     def spins(self) -> None:
