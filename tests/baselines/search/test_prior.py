@@ -53,3 +53,23 @@ def test_kinds_of_the_recorded_table_are_far_from_the_typical_one(name):
             for k in usual
             if isinstance(usual[k], float)
         )
+
+
+def test_capsules_that_stay_are_belts_and_circles_hardly_ever():
+    belts = prior().belts
+    assert belts["capsule"] == 1.0
+    assert belts["circle"] < 0.01 < belts["box"] < 0.5
+
+
+def test_contacts_are_counted_by_shape_and_motion():
+    scene = world("still", "gate", "ball").to_data()
+    changed = copy.deepcopy(scene)
+    changed["objects"][0]["contact"] |= {"type": "sticky", "friction": 0.6}
+    table = counted([*all_classes(), *liquids([0.05]), scene, changed, changed])
+    still = scene["objects"][0]
+    assert table.contact_of(still)["type"] == "sticky"
+    assert table.contact_of(still)["friction"] == 0.6
+    assert table.contact_of(scene["objects"][1]) == scene["objects"][1]["contact"]
+    unknown = still | {"shape": {"type": "capsule"}}
+    assert table.contact_of(unknown) == table.contact
+    assert (table.belts["ellipse"], table.belt_speed) == (0.0, 0.0)

@@ -69,3 +69,39 @@ def test_rain_is_thinner_than_jets():
         things[3]["emission"]["rate"] /= 13.0
 
     assert extra(thin_rain) < extra(as_rain)
+
+
+def starting(velocity, spin):
+    """Let the body start so."""
+
+    def change(things):
+        state = things[0]["initial_state"]
+        state |= {"velocity": velocity, "angular_velocity": spin}
+
+    return change
+
+
+def test_what_rests_does_not_spin_and_nothing_creeps():
+    rests, flies = extra(starting([0.0, 0.0], 0.0)), extra(starting([0.5, 0.0], 0.0))
+    assert rests == flies
+    assert extra(starting([0.0, 0.0], 2.0)) > extra(starting([0.5, 0.0], 2.0)) > flies
+    assert extra(starting([0.5, 0.0], 0.2)) > extra(starting([0.5, 0.0], 2.0))
+    assert extra(starting([0.02, 0.0], 0.0)) > rests
+
+
+def shaped(kind, *, belt):
+    """Make the still thing of a shape, and a belt or not."""
+
+    def change(things):
+        things[1]["shape"] = {"type": kind, "center": [0.5, 0.2]}
+        if belt:
+            things[1]["object_type"] = "kinematic_collider"
+            things[1]["kinematics"] = {"type": "conveyor", "surface_speed": 1.0}
+
+    return change
+
+
+def test_a_capsule_that_stays_is_a_belt():
+    assert extra(shaped("capsule", belt=False)) > extra(shaped("capsule", belt=True))
+    assert extra(shaped("circle", belt=False)) < extra(shaped("circle", belt=True))
+    assert extra(shaped("box", belt=False)) < extra(shaped("box", belt=True))
