@@ -18,7 +18,8 @@ Data = dict[str, Any]
 NEAR: Final = 0.08  # loss below which what shows least is sought, too
 MISSED: Final = 0.1  # loss from which on a usual gravity may be refined
 LATE: Final = 2  # looks at all numbers before that
-FEW: Final = 2  # things of matter of which what shows least is sought in any case
+FEW: Final = 2  # things of matter of which what shows least is sought sooner:
+SOONER: Final = 0.15  # loss below which it is
 FINE: Final = 0.08  # part of a first step below which none is worth a run
 LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubted
 
@@ -41,13 +42,13 @@ class Numbers:
     def together(self, trial: Trial) -> None:
         """All numbers of one scene together."""
         seen = self._tried.lab.losses(trial.data)
-        few = len(classes_of(trial.data)) <= FEW
+        few = self.looks > 0 and len(classes_of(trial.data)) <= FEW
         fit_together(
             Point(trial.data, trial.loss, seen.residual),
             self._moves(
                 trial.data,
                 seen.by_color,
-                fine=trial.loss < NEAR or (self.looks > 0 and few),
+                fine=trial.loss < (SOONER if few else NEAR),
             ),
             self._point,
             self._going,

@@ -2,6 +2,7 @@
 
 import copy
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Final
 
@@ -29,6 +30,8 @@ Data = dict[str, Any]
 
 WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another one
 ROUNDS: Final = 6  # of refinement and doubt
+EXPLAINED: Final = 0.1  # loss of a scene after which no gravity is sought far away
+AGAIN: Final = 1.3  # loss that a rival is worth less for each look at it
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 DRAWN_ALIKE: Final = 0.015  # loss of a scene after which nothing is sought elsewhere
 SCATTER: Final = 0.4  # first steps that numbers are moved by to begin again, about
@@ -56,7 +59,7 @@ class Search:
         self._surroundings = Surroundings(self._tried)
         self._numbers = Numbers(self._tried)
         self._random = np.random.Generator(np.random.Philox(seed))
-        self._looked_at: set[tuple[Any, ...]] = set()  # classes, gravities of rivals
+        self._looks: Counter[Any] = Counter()  # at classes, gravities of rivals
 
     @property
     def trials(self) -> list[Trial]:
@@ -80,8 +83,11 @@ class Search:
             self._surroundings.walls()
             self._classes.each_by_itself()
             self._surroundings.belts()
-            self._readings([*scenes[1:], *far] if far else [])
-            self._of_usual_classes(far)
+            self._readings(scenes[1:] if far else [])
+            self._round()
+            if self.best.loss > EXPLAINED:
+                self._readings(far)
+                self._of_usual_classes(far)
             self._refine()
             self._elsewhere()
         except BudgetSpent:
@@ -121,15 +127,7 @@ class Search:
         """Numbers of the best scene, what was decided without them, and the rivals."""
         for _ in range(ROUNDS):
             before = self.best
-            self._numbers.together(before)
-            self._exactly()
-            self._surroundings.other_walls()
-            if self._numbers.looks == 1:
-                self._surroundings.belts()
-                self._surroundings.colliders()
-                self._surroundings.spins()
-            self._classes.again()
-            self._runner_up()
+            self._round()
             if self.best.loss > (1.0 - WORTHWHILE) * before.loss:
                 break
         self._numbers.one_by_one(self.best)
@@ -138,6 +136,18 @@ class Search:
             if rival.loss < RUNNER_UP * self.best.loss:
                 self._numbers.together(rival)
                 self._numbers.one_by_one(rival)
+
+    def _round(self) -> None:
+        """A look at the numbers of the best scene, and at what was decided before."""
+        self._numbers.together(self.best)
+        self._exactly()
+        self._surroundings.other_walls()
+        if self._numbers.looks == 1:
+            self._surroundings.belts()
+            self._surroundings.colliders()
+            self._surroundings.spins()
+        self._classes.again()
+        self._runner_up()
 
     def _exactly(self) -> None:
         """Numbers that many scenes share, where the best scene is near to them."""
@@ -148,18 +158,17 @@ class Search:
     def _runner_up(self) -> None:
         """The best scene of other classes, or of a gravity far from that of the best.
 
-        Each is judged with numbers of its own, once.
+        Each is judged with numbers of its own: those that were looked at less often go
+        first, if they are about as good.
         """
         doubted = (classes_of,) if self._tried.known.gravity else (classes_of, pull_of)
         for by in doubted:
-            for rival in distinct(self.trials, by)[1:]:
-                key = by(rival.data)
-                if rival.loss > RUNNER_UP * self.best.loss:
-                    break
-                if key not in self._looked_at:
-                    self._looked_at.add(key)
-                    self._numbers.together(rival)
-                    break
+            rivals = distinct(self.trials, by)[1:]
+            worth = [t.loss * AGAIN ** self._looks[by(t.data)] for t in rivals]
+            if worth and min(worth) < RUNNER_UP * self.best.loss:
+                rival = rivals[int(np.argmin(worth))]
+                self._looks[by(rival.data)] += 1
+                self._numbers.together(rival)
 
     def _elsewhere(self) -> None:
         """Begin again at some distance from the best scene, with what time is left.
