@@ -13,6 +13,7 @@ Data = dict[str, Any]
 MOST_FRICTION: Final = 1.0
 FAINTEST: Final = 0.2  # what the number of a thing promises that is drawn best
 SIDES: Final = {"size", "semi_axes"}  # of shapes that may be longer than wide
+SWINGS: Final = {"swing_deg", "period"}  # of a hose
 STRENGTH: Final = 1.0  # what the strongest number of a material promises
 
 STRONGEST: Final = {  # what each class is told by most
@@ -265,8 +266,10 @@ def _of_nozzle(number: int, thing: Data, known: Mapping[str, Any]) -> Iterator[M
                 found["rate"] *= math.exp(by)
 
         yield Move(f"{number}.speed", 0.12, 0.9, faster)
-        if thing["emission"]["type"] == "jet":
+        if thing["emission"]["type"] != "rain":
             yield Move(f"{number}.direction", 0.05, 0.6, aimed(number))
+    for key in sorted(SWINGS & thing["emission"].keys() - emission.keys()):
+        yield _scaling(number, ("emission", key), 0.1, 0.6)
     if "size" not in (known.get("shape") or {}):
 
         def wider(data: Data, by: float) -> None:

@@ -21,6 +21,7 @@ from mpmworlds.baselines.search.trials.readings import (
     reading_of,
 )
 from mpmworlds.baselines.search.trials.surroundings import (
+    EXPLAINED,
     OFTEN_BELTS,
     Surroundings,
 )
@@ -30,7 +31,6 @@ Data = dict[str, Any]
 
 WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another one
 ROUNDS: Final = 6  # of refinement and doubt
-EXPLAINED: Final = 0.1  # loss of a scene after which no gravity is sought far away
 AGAIN: Final = 1.3  # loss that a rival is worth less for each look at it
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
 DRAWN_ALIKE: Final = 0.015  # loss of a scene after which nothing is sought elsewhere

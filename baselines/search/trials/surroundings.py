@@ -6,12 +6,15 @@ from typing import Any, Final
 import numpy as np
 
 from mpmworlds.baselines.search.trials.moves import spins_unseen
-from mpmworlds.baselines.search.trials.readings import classes_of
+from mpmworlds.baselines.search.trials.readings import classes_of, distinct
 from mpmworlds.baselines.search.trials.tried import HOPELESS, Tried
 
 Data = dict[str, Any]
 
 LAWS: Final = ("separate", "sticky", "slip")  # of colliders, the usual one first
+CONTENDERS: Final = 3  # kinds of matter that walls are tried with, and
+CONTENDS: Final = 1.4  # loss over the best one's up to which they are
+EXPLAINED: Final = 0.1  # loss of a scene after which nothing far from it is sought
 OFTEN_BELTS: Final = 0.5  # share of belts from which on they are tried at once
 UNSEEN_SPIN: Final = 3.3  # of balls that spin: 2.5 to 4.8 in train [rad/s]
 HARDLY_BELTS: Final = 0.05  # share of belts below which none is tried
@@ -32,14 +35,21 @@ class Surroundings:
         self._out: set[tuple[str, tuple[str, ...]]] = set()
 
     def walls(self) -> None:
-        """Each law of the walls, rough and smooth, with the best matter so far."""
+        """Each law of the walls, rough and smooth, with the best matter so far.
+
+        Walls make up for matter: they are tried with the next best matter, too, unless
+        the best one leaves little to be explained.
+        """
         if not self._doubted:
             return
-        start = self._tried.best.data
-        for walls in self._prior.walls:
-            usual = walls["frictions"]
-            for friction in dict.fromkeys((usual[0], usual[len(usual) // 2])):
-                self._try_walls(start, walls["contact"], friction)
+        best, *others = distinct(self._tried.trials, classes_of)[:CONTENDERS]
+        if best.loss < EXPLAINED:
+            others = []
+        for start in [best, *(t for t in others if t.loss < CONTENDS * best.loss)]:
+            for walls in self._prior.walls:
+                usual = walls["frictions"]
+                for friction in dict.fromkeys((usual[0], usual[len(usual) // 2])):
+                    self._try_walls(start.data, walls["contact"], friction)
         self._everywhere()
 
     def other_walls(self) -> None:

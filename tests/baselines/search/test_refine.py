@@ -101,8 +101,10 @@ def test_what_shows_least_is_moved_only_where_all_else_is_near():
         *("0.physics_properties.poissons_ratio", "0.physics_properties.density"),
         *("0.size", "0.aspect", "0.angle", "0.center[0]", "0.center[1]"),
         *("1.physics_properties.poissons_ratio", "1.physics_properties.density"),
-        "1.spin",  # of a ball: it shows when it lands
     }
+    data["objects"][1]["initial_state"] |= {"angular_velocity": 3.0}
+    spun = {m.what for m in moves_of(data, doubt, {}, fine=True)}
+    assert spun - fine.keys() == {"1.spin"}  # of a ball: it shows when it lands
     wider = fine["0.aspect"].of(data, 0.1)["objects"][0]["shape"]["size"]
     before = data["objects"][0]["shape"]["size"]
     assert wider[0] > before[0]
@@ -131,6 +133,19 @@ def test_a_jet_is_turned_about_its_nozzle():
         before["shape"]["angle_deg"] + 90
     )
     assert after["shape"]["center"] == before["shape"]["center"]
+
+
+def test_the_swing_of_a_hose_is_moved():
+    data = world("jet").to_data()
+    data["objects"][0]["emission"] |= {
+        "type": "hose",
+        "swing_deg": -20.0,
+        "period": 1.0,
+    }
+    moves = {m.what: m for m in moves_of(data, Doubt({}, {}, (), (), walls=True), {})}
+    swung = moves["0.emission.swing_deg"].of(data, 0.1)["objects"][0]["emission"]
+    assert swung["swing_deg"] < -20.0 and swung["period"] == 1.0
+    assert {"0.emission.period", "0.direction"} <= moves.keys()
 
 
 def test_another_gravity_leaves_flights_where_they_were_seen():

@@ -100,7 +100,7 @@ def test_a_gravity_that_no_flight_tells_is_found_with_common_matter():
     doubt = Doubt({0: {}, 1: {}}, {}, (), (), walls=False)
     known = Known(doubt, None, {0: 5}, (), {})
     seen = prefix_of(Scene.from_yaml(written(truth)))
-    with Lab(labels_of(seen), SMALL, 24, 1e6) as lab:
+    with Lab(labels_of(seen), SMALL, 90, 1e6) as lab:
         search = Search(Tried(lab, prior(), known))
         search.run([wrong], far=[right])
         assert search.best.data["environment"]["gravity"] == [3.5, -6.6]
