@@ -20,11 +20,7 @@ from mpmworlds.baselines.search.trials.readings import (
     pull_of,
     reading_of,
 )
-from mpmworlds.baselines.search.trials.surroundings import (
-    EXPLAINED,
-    OFTEN_BELTS,
-    Surroundings,
-)
+from mpmworlds.baselines.search.trials.surroundings import OFTEN_BELTS, Surroundings
 from mpmworlds.baselines.search.trials.tried import Tried
 
 Data = dict[str, Any]
@@ -33,6 +29,7 @@ WORTHWHILE: Final = 0.02  # part of the loss that a round must save for another 
 ROUNDS: Final = 6  # of refinement and doubt
 AGAIN: Final = 1.3  # loss that a rival is worth less for each look at it
 RUNNER_UP: Final = 1.6  # loss over the best one's of another reading worth refining
+DRAWN_WELL: Final = 0.03  # loss of a scene after which no gravity is sought far away
 DRAWN_ALIKE: Final = 0.015  # loss of a scene after which nothing is sought elsewhere
 SCATTER: Final = 0.4  # first steps that numbers are moved by to begin again, about
 FARTHEST: Final = 1.5  # the most of them
@@ -85,7 +82,7 @@ class Search:
             self._surroundings.belts()
             self._readings(scenes[1:] if far else [])
             self._round()
-            if self.best.loss > EXPLAINED:
+            if self.best.loss > DRAWN_WELL:
                 self._readings(far)
                 self._of_usual_classes(far)
             self._refine()
