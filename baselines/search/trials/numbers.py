@@ -8,7 +8,7 @@ import numpy as np
 
 from mpmworlds.baselines.search.trials.least_squares import Point, fit_together
 from mpmworlds.baselines.search.trials.moves import Move, moves_of
-from mpmworlds.baselines.search.trials.readings import Trial, classes_of
+from mpmworlds.baselines.search.trials.readings import Trial
 from mpmworlds.baselines.search.trials.refine import Line, refine
 from mpmworlds.baselines.search.trials.tried import Tried
 from mpmworlds.baselines.search.trials.unusual import customary
@@ -18,8 +18,6 @@ Data = dict[str, Any]
 NEAR: Final = 0.08  # loss below which what shows least is sought, too
 MISSED: Final = 0.1  # loss from which on a usual gravity may be refined
 LATE: Final = 2  # looks at all numbers before that
-FEW: Final = 2  # things of matter of which what shows least is sought sooner:
-SOONER: Final = 0.15  # loss below which it is
 FINE: Final = 0.08  # part of a first step below which none is worth a run
 LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubted
 
@@ -42,14 +40,9 @@ class Numbers:
     def together(self, trial: Trial) -> None:
         """All numbers of one scene together."""
         seen = self._tried.lab.losses(trial.data)
-        few = self.looks > 0 and len(classes_of(trial.data)) <= FEW
         fit_together(
             Point(trial.data, trial.loss, seen.residual),
-            self._moves(
-                trial.data,
-                seen.by_color,
-                fine=trial.loss < (SOONER if few else NEAR),
-            ),
+            self._moves(trial.data, seen.by_color, fine=trial.loss < NEAR),
             self._point,
             self._going,
             LOOKS,

@@ -62,10 +62,9 @@ def pull_of(data: Data) -> tuple[int, int]:
 
 def reading_of(data: Data) -> tuple[Any, ...]:
     """What scenes differ in by more than small numbers."""
-    environment = data["environment"]
     kinds = tuple(thing["object_type"] for thing in data["objects"])
-    walls = environment["walls"]["contact"]
-    return classes_of(data), tuple(environment["gravity"]), walls, kinds
+    walls = data["environment"]["walls"]["contact"]
+    return classes_of(data), pull_of(data), walls, kinds
 
 
 def distinct(trials: Sequence[Trial], by: Any) -> list[Trial]:

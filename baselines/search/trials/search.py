@@ -15,9 +15,7 @@ from mpmworlds.baselines.search.trials.lab import BudgetSpent
 from mpmworlds.baselines.search.trials.numbers import Numbers
 from mpmworlds.baselines.search.trials.readings import (
     Trial,
-    classes_of,
     distinct,
-    pull_of,
     reading_of,
 )
 from mpmworlds.baselines.search.trials.surroundings import OFTEN_BELTS, Surroundings
@@ -56,7 +54,7 @@ class Search:
         self._surroundings = Surroundings(self._tried)
         self._numbers = Numbers(self._tried)
         self._random = np.random.Generator(np.random.Philox(seed))
-        self._looks: Counter[Any] = Counter()  # at classes, gravities of rivals
+        self._looks: Counter[Any] = Counter()  # at numbers of rivals, by reading
 
     @property
     def trials(self) -> list[Trial]:
@@ -153,19 +151,17 @@ class Search:
             tried.run(changed, what)
 
     def _runner_up(self) -> None:
-        """The best scene of other classes, or of a gravity far from that of the best.
+        """The best scene of other classes, of another law of walls or far gravity.
 
-        Each is judged with numbers of its own: those that were looked at less often go
-        first, if they are about as good.
+        It is judged with numbers of its own: what was looked at less often goes first,
+        if it is about as good.
         """
-        doubted = (classes_of,) if self._tried.known.gravity else (classes_of, pull_of)
-        for by in doubted:
-            rivals = distinct(self.trials, by)[1:]
-            worth = [t.loss * AGAIN ** self._looks[by(t.data)] for t in rivals]
-            if worth and min(worth) < RUNNER_UP * self.best.loss:
-                rival = rivals[int(np.argmin(worth))]
-                self._looks[by(rival.data)] += 1
-                self._numbers.together(rival)
+        rivals = distinct(self.trials, reading_of)[1:]
+        worth = [t.loss * AGAIN ** self._looks[reading_of(t.data)] for t in rivals]
+        if worth and min(worth) < RUNNER_UP * self.best.loss:
+            rival = rivals[int(np.argmin(worth))]
+            self._looks[reading_of(rival.data)] += 1
+            self._numbers.together(rival)
 
     def _elsewhere(self) -> None:
         """Begin again at some distance from the best scene, with what time is left.
