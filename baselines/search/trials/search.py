@@ -33,6 +33,8 @@ SCATTER: Final = 0.4  # first steps that numbers are moved by to begin again, ab
 FARTHEST: Final = 1.5  # the most of them
 GROWTH: Final = 1.4  # of that distance after one that was worth a look
 IDLE: Final = 8  # beginnings in a row that are known already: nothing else is possible
+FINALISTS: Final = 5  # scenes of far gravities that see the whole prefix
+READING: Final = "another reading of the prefix"
 USUAL: Final = 3  # classes of matter that scenes of far gravities are tried with
 SWAPPED: Final = 0.2  # how often a class is another one then, and how often the walls
 
@@ -81,8 +83,7 @@ class Search:
             self._readings(scenes[1:] if far else [])
             self._round()
             if self.best.loss > DRAWN_WELL:
-                self._readings(far)
-                self._of_usual_classes(far)
+                self._far(far)
             self._refine()
             self._elsewhere()
         except BudgetSpent:
@@ -97,26 +98,36 @@ class Search:
     def _readings(self, scenes: Sequence[Data]) -> None:
         """Scenes of another gravity, law or nozzle, of the best matter and walls."""
         for scene in scenes:
-            changed, best = copy.deepcopy(scene), self.best.data
-            if self._tried.known.doubt.walls:
-                changed["environment"]["walls"] = best["environment"]["walls"]
-            for number in self._tried.sought(scene):
-                matter = best["objects"][number]["physics_properties"]
-                changed["objects"][number] = of_matter(
-                    scene["objects"][number], matter, self._tried.told(number)
-                )
-            self._tried.run(changed, "another reading of the prefix")
+            self._tried.run(self._of_best_matter(scene), READING)
 
-    def _of_usual_classes(self, scenes: Sequence[Data]) -> None:
-        """Scenes of other gravities with all matter of each class that is common.
+    def _of_best_matter(self, scene: Data) -> Data:
+        """A scene with the best matter and walls so far."""
+        changed, best = copy.deepcopy(scene), self.best.data
+        if self._tried.known.doubt.walls:
+            changed["environment"]["walls"] = best["environment"]["walls"]
+        for number in self._tried.sought(scene):
+            matter = best["objects"][number]["physics_properties"]
+            changed["objects"][number] = of_matter(
+                scene["objects"][number], matter, self._tried.told(number)
+            )
+        return changed
 
-        The best matter so far was found under a gravity that may be far off.
+    def _far(self, scenes: Sequence[Data]) -> None:
+        """Scenes of far gravities, of the best matter and of classes that are common.
+
+        The best matter so far was found under a gravity that may be far off. Half of
+        the prefix tells which are worth the whole of it.
         """
+        tried, rivals = self._tried, list[Data]()
         for scene in scenes:
-            sought = self._tried.sought(scene)
-            for name in self._tried.prior.common(USUAL) if sought else ():
-                changed = self._tried.of_class(scene, sought, name)
-                self._tried.run(changed, f"all {name}, another reading")
+            sought = tried.sought(scene)
+            rivals.append(self._of_best_matter(scene))
+            for name in tried.prior.common(USUAL) if sought else ():
+                rivals.append(tried.of_class(scene, sought, name))
+        half = tried.lab.frames // 2
+        losses = [tried.lab.loss(data, half) + tried.unusual(data) for data in rivals]
+        for place in np.argsort(losses, kind="stable")[:FINALISTS]:
+            tried.run(rivals[place], READING)
 
     def _refine(self) -> None:
         """Numbers of the best scene, what was decided without them, and the rivals."""

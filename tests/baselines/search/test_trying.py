@@ -104,8 +104,6 @@ def test_a_gravity_that_no_flight_tells_is_found_with_common_matter():
         search = Search(Tried(lab, prior(), known))
         search.run([wrong], far=[right])
         assert search.best.data["environment"]["gravity"] == [3.5, -6.6]
-        tried = [t.what for t in search.trials]
-        assert "all elastic, another reading" in tried
         assert search.best.loss < 0.1
 
 
