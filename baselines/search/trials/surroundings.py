@@ -13,7 +13,7 @@ Data = dict[str, Any]
 
 LAWS: Final = ("separate", "sticky", "slip")  # of colliders, the usual one first
 CONTENDERS: Final = 3  # kinds of matter that walls are tried with, and
-CONTENDS: Final = 1.4  # loss over the best one's up to which they are
+CONTENDS: Final = 1.2  # loss over the best one's up to which they are
 EXPLAINED: Final = 0.1  # loss of a scene after which nothing far from it is sought
 OFTEN_BELTS: Final = 0.5  # share of belts from which on they are tried at once
 UNSEEN_SPIN: Final = 3.3  # of balls that spin: 2.5 to 4.8 in train [rad/s]
