@@ -81,14 +81,54 @@ def drops_of(
             if len(d.frames) >= LEAST_FLIGHT and d.areas[0] / WHOLE < area
             if d.areas[0] > (2.0 - WHOLE) * area
         ]
-        births = sorted([*births, *_others(births, whole, frame_time)], key=_Birth.when)
+        births = sorted(
+            [*births, *_others(births, whole, frame_time, MORE_ALIKE)], key=_Birth.when
+        )
     velocity = np.mean([b.velocity for b in births], axis=0)
+    return _told(births, velocity, area, pixels, steady=_are_drops(masks, found))
+
+
+def all_drops_of(
+    masks: Mask, pixels: Pixels, gravity: Sequence[float], frame_time: float
+) -> Drops | None:
+    """Drops that leave alike, wherever they are; None if there are none.
+
+    Contacts may be taken for what they are not: a drop falls along a wall, or behind
+    something, and what spoils nothing spoils all.
+    """
+    found = [d for d in _followed(masks, pixels) if len(d.frames) >= LEAST_FLIGHT]
+    if not found:
+        return None
+    area = float(np.median([max(d.areas) for d in found]))
+    whole = [d for d in found if area / WHOLE < d.areas[0] < area * WHOLE]
+    all_ = sorted((_born(d, gravity, frame_time) for d in whole), key=_Birth.when)
+    alike = [
+        [b for b in all_ if _apart(b.velocity, one.velocity) < ALIKE] for one in all_
+    ]
+    known = max(alike, key=len, default=[])
+    if not known:
+        return None
+    # Others that begin where these do were only slowed down.
+    others = _others(known, all_, frame_time, math.inf)
+    births = sorted([*known, *others], key=_Birth.when)
+    velocity = np.mean([b.velocity for b in known], axis=0)
+    return _told(births, velocity, area, pixels, steady=_are_drops(masks, found))
+
+
+def _told(
+    births: "Sequence[_Birth]",
+    velocity: Floats,
+    area: float,
+    pixels: Pixels,
+    *,
+    steady: bool,
+) -> Drops:
     radius = math.sqrt(area / math.pi) - DRAWN_LARGER
     return Drops(
         (float(velocity[0]), float(velocity[1])),
         tuple((b.time, float(b.place[0]), float(b.place[1])) for b in births),
         radius / pixels.side,
-        steady=_are_drops(masks, found),
+        steady=steady,
     )
 
 
@@ -118,11 +158,11 @@ def _born(drop: _Drop, gravity: Sequence[float], frame_time: float) -> _Birth:
 
 
 def _others(
-    known: Sequence[_Birth], whole: Sequence[_Birth], frame_time: float
+    known: Sequence[_Birth], whole: Sequence[_Birth], frame_time: float, alike: float
 ) -> Iterator[_Birth]:
     """Drops like those that are known, beneath a place that something has hit.
 
-    They begin where those do, and leave as they do.
+    They begin where those do, and leave about as they do: to `alike` [m/s].
     """
     velocity = np.mean([b.velocity for b in known], axis=0)
     speed = float(np.hypot(*velocity))
@@ -134,7 +174,7 @@ def _others(
         seen = any(
             birth.time == b.time and _apart(birth.place, b.place) <= SAME for b in known
         )
-        if here and not seen and _apart(birth.velocity, velocity) < MORE_ALIKE:
+        if here and not seen and _apart(birth.velocity, velocity) < alike:
             yield birth
 
 

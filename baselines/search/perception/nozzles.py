@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from mpmworlds.baselines.search.perception.drops import Drops, drops_of
+from mpmworlds.baselines.search.perception.drops import Drops, all_drops_of, drops_of
 from mpmworlds.baselines.search.perception.evolution import evolve
 from mpmworlds.baselines.search.perception.flow import SPACING, Flow, Hit
 from mpmworlds.baselines.search.perception.order import numbered, spread
@@ -115,6 +115,10 @@ def nozzles_of(
         fit(kind, start.of(kind))
         if kind == "hose" and "jet" in found:  # may have begun far off
             fit("jet", [found["hose"][1]])
+        if kind == "rain" and found[kind][0] > GOOD[kind]:
+            others = all_drops_of(track.masks, pixels, gravity, frame_time)
+            if others is not None and others != drops:
+                fit(kind, [start.of_drops(others)])
     nozzles = [_finished(kind, x, error) for kind, (error, x) in found.items()]
     return sorted(nozzles, key=lambda n: n.error + _handicap(n, kinds[0]))
 
@@ -197,7 +201,7 @@ class _Start:
     def of(self, kind: str) -> list[dict[str, float]]:
         """Numbers to start a kind with."""
         if kind == "rain" and self._drops is not None:
-            return [self._of_drops(self._drops) | self._told]
+            return [self.of_drops(self._drops)]
         plain = self._of_growth() | self._told
         if kind == "rain":
             return [plain | {"radius": math.log(0.02), "width": math.log(0.15)}]
@@ -243,7 +247,7 @@ class _Start:
             "start": max((self._first - 0.7) * self._frame, 0.0),
         }
 
-    def _of_drops(self, drops: Drops) -> dict[str, float]:
+    def of_drops(self, drops: Drops) -> dict[str, float]:
         """From the order of drops: each is a golden step aside from the one before."""
         velocity = np.array(drops.velocity)
         speed = max(float(np.hypot(*velocity)), 0.1)
@@ -273,7 +277,7 @@ class _Start:
             "width": math.log(width + 2 * drops.radius),
             "start": start,
             "radius": math.log(max(drops.radius, 0.004)),
-        }
+        } | self._told
 
 
 def _unusual(kind: str, v: Mapping[str, float]) -> float:
