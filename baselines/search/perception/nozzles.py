@@ -23,10 +23,18 @@ MOST_FRAMES: Final = 9  # that a fit compares
 LONGEST: Final = 26  # frames that count at most
 DENSE: Final = 0.85  # of the densest jet: how dense most are
 # How dense most are, and the deviation of its logarithm, in the train split.
-USUAL: Final = {"jet": (DENSE, 0.18), "hose": (DENSE, 0.18), "rain": (0.062, 0.5)}
+USUAL: Final = {
+    "jet": (DENSE, 0.18),
+    "hose": (DENSE, 0.18),
+    "rain": (0.058, 0.3),
+    "drizzle": (0.21, 0.3),
+}
+DRIZZLE: Final = 0.5  # speed below which rain is narrow and dense [m/s]
 # Misfit that one is worth which is so much denser, or less.
 CROWDED: Final = {"jet": 0.01, "hose": 0.01, "rain": 0.001}
-WIDE: Final = (0.38, 0.5)  # width of rain [m] and the deviation of its logarithm
+# Widths [m] and the deviations of their logarithms.
+WIDE: Final = {"rain": (0.39, 0.3), "drizzle": (0.13, 0.25)}
+NARROW: Final = 0.02  # between the outermost drops of a nozzle, at least [m]
 SWING: Final = (24.0, 6.0)  # of hoses and its deviation [deg]
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 # Start of rain [s] before which most is meant to start with the scene, hardly any not.
@@ -118,7 +126,7 @@ def nozzles_of(
         if kind == "rain" and found[kind][0] > GOOD[kind]:
             others = all_drops_of(track.masks, pixels, gravity, frame_time)
             if others is not None and others != drops:
-                fit(kind, [start.of_drops(others)])
+                fit(kind, start.of_drops(others))
     nozzles = [_finished(kind, x, error) for kind, (error, x) in found.items()]
     return sorted(nozzles, key=lambda n: n.error + _handicap(n, kinds[0]))
 
@@ -201,7 +209,7 @@ class _Start:
     def of(self, kind: str) -> list[dict[str, float]]:
         """Numbers to start a kind with."""
         if kind == "rain" and self._drops is not None:
-            return [self.of_drops(self._drops)]
+            return self.of_drops(self._drops)
         plain = self._of_growth() | self._told
         if kind == "rain":
             return [plain | {"radius": math.log(0.02), "width": math.log(0.15)}]
@@ -247,7 +255,15 @@ class _Start:
             "start": max((self._first - 0.7) * self._frame, 0.0),
         }
 
-    def of_drops(self, drops: Drops) -> dict[str, float]:
+    def of_drops(self, drops: Drops) -> list[dict[str, float]]:
+        """From the order of drops; one alone tells no width, which may be either."""
+        widths = [width for width, _ in WIDE.values()]
+        return [
+            self._of_order(drops, width)
+            for width in widths[: 1 if len(drops.births) > 1 else None]
+        ]
+
+    def _of_order(self, drops: Drops, usual: float) -> dict[str, float]:
         """From the order of drops: each is a golden step aside from the one before."""
         velocity = np.array(drops.velocity)
         speed = max(float(np.hypot(*velocity)), 0.1)
@@ -265,7 +281,7 @@ class _Start:
         if "start" in self._told or start < AT_ONCE:
             level -= speed * (self._told.get("start", 0.0) - start)
             start = self._told.get("start", 0.0)
-        middle, width = spread(side, numbers)
+        middle, width = spread(side, numbers, max(usual - 2 * drops.radius, NARROW))
         center = level * ahead + middle * across
         count = max(round(math.pi * (drops.radius / SPACING) ** 2), 1)
         return {
@@ -285,7 +301,7 @@ def _unusual(kind: str, v: Mapping[str, float]) -> float:
     speed = max(abs(v["speed"]), 0.06)
     deviations = crowding(kind, math.exp(v["rate"]), math.exp(v["width"]), speed) ** 2
     if kind == "rain":
-        usual, spread = WIDE
+        usual, spread = WIDE[_sort(kind, speed)]
         deviations += ((v["width"] - math.log(usual)) / spread) ** 2
     if kind == "hose":
         usual, spread = SWING
@@ -293,12 +309,17 @@ def _unusual(kind: str, v: Mapping[str, float]) -> float:
     return CROWDED[kind] * deviations
 
 
+def _sort(kind: str, speed: float) -> str:
+    """Kind of a nozzle, or `drizzle`: slow rain is of another width and density."""
+    return "drizzle" if kind == "rain" and speed < DRIZZLE else kind
+
+
 def crowding(kind: str, rate: float, width: float, speed: float) -> float:
     """How much denser than most of its kind one is, in standard deviations.
 
     Rate [1/s], width [m] and speed [m/s] trade against each other in what is seen.
     """
-    usual, spread = USUAL[kind]
+    usual, spread = USUAL[_sort(kind, speed)]
     return math.log(rate * SPACING**2 / (usual * width * speed)) / spread
 
 

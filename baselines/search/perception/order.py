@@ -13,7 +13,6 @@ MANY_DROPS: Final = 5  # that tell their numbers by their places
 # Times between drops to try, in those between drops that are seen: from, to, how many.
 GAPS: Final = (0.5, 1.15, 240)
 FIRST_DROPS: Final = 3  # numbers that the first one that is seen may have
-USUAL_WIDTH: Final = 0.05  # between the outermost drops of a nozzle [m]
 
 
 def numbered(born: Floats, side: Floats, seen: float) -> tuple[Floats, float]:
@@ -72,13 +71,16 @@ def _in_golden_order(born: Floats, side: Floats) -> tuple[Floats, float] | None:
     return back, best[2]
 
 
-def spread(side: Floats, numbers: Floats) -> tuple[float, float]:
-    """Middle and extent of places across a nozzle, of drops by their numbers."""
-    if len(side) > 2:
+def spread(side: Floats, numbers: Floats, usual: float) -> tuple[float, float]:
+    """Middle and extent of places across a nozzle, of drops by their numbers.
+
+    One drop tells no extent: it is the usual one then [m].
+    """
+    if len(side) > 1:
         (middle, width), _ = _line(side, numbers)
         if 0.0 < width < 0.9:
             return float(middle), float(width)
-    width = max(USUAL_WIDTH, 1.2 * float(np.ptp(side)))
+    width = max(usual, 1.2 * float(np.ptp(side)))
     return float((side - width * _parts(numbers)).mean()), width
 
 
