@@ -40,6 +40,7 @@ DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
 # Start of rain [s] before which most is meant to start with the scene, hardly any not.
 AT_ONCE: Final = 0.12
 NO_DROPS: Final = 10.0  # better fit that a jet must be worth where drops are seen
+CLEARLY: Final = 0.7  # part of a misfit that another look at drops must leave at most
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
 # A misfit of other kinds after which a kind is not tried.
 GOOD: Final = {"jet": 1.5, "rain": 0.3, "hose": 0.1}
@@ -126,7 +127,10 @@ def nozzles_of(
         if kind == "rain" and found[kind][0] > GOOD[kind]:
             others = all_drops_of(track.masks, pixels, gravity, frame_time)
             if others is not None and others != drops:
+                before = found.pop(kind)
                 fit(kind, start.of_drops(others))
+                if found[kind][0] > CLEARLY * before[0]:  # both may be of a heap
+                    found[kind] = before
     nozzles = [_finished(kind, x, error) for kind, (error, x) in found.items()]
     return sorted(nozzles, key=lambda n: n.error + _handicap(n, kinds[0]))
 

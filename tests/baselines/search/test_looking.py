@@ -332,3 +332,43 @@ def test_a_gravity_that_many_scenes_share_is_meant_exactly(gravity):
 def test_a_gravity_near_to_a_weak_one_is_another_if_it_is_not_that_near():
     _, sight, _ = seen("brick", "ball", gravity=(0.5, -1.4))
     assert sight.gravities[0].value == pytest.approx((0.5, -1.4), abs=0.15)
+
+
+def fallen(**emission):
+    """The nozzle that is seen of some rain along the left wall, and the true one."""
+    data = world("rain").to_data()
+    rain = data["objects"][0]
+    rain["shape"] |= {"center": [0.247, 0.873], "size": [0.386, 0.05]}
+    rain["physics_properties"] = prior().typical("plastic")
+    rain["emission"] |= {"velocity": [0.0, -0.86], "drop_radius": 0.037} | emission
+    sight = look(labels_of(prefix_of(checked(data))), PIXELS, FRAME, Told(), seed=0)
+    return sight.things[0].nozzles[0], rain
+
+
+def test_a_drop_that_falls_along_a_wall_spoils_no_others():
+    nozzle, rain = fallen(rate=1300.0)
+    assert nozzle.emission["type"] == "rain"
+    assert nozzle.shape["center"] == pytest.approx(rain["shape"]["center"], abs=0.03)
+    assert nozzle.emission["rate"] == pytest.approx(1300.0, rel=0.1)
+    assert nozzle.emission["start"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("speed", "width", "rate", "start"),
+    [(0.4, 0.13, 640.0, 0.0), (1.0, 0.39, 1300.0, 0.3)],
+    ids=["slow", "fast"],
+)
+def test_slow_rain_is_narrow_where_one_drop_is_all_that_is_seen(
+    speed, width, rate, start
+):
+    data = world("rain").to_data()
+    rain = data["objects"][0]
+    rain["shape"] |= {"center": [0.5, 0.8], "size": [width, 0.05]}
+    rain["emission"] |= {"rate": rate, "drop_radius": 0.047}
+    rain["emission"] |= {"velocity": [0.0, -speed], "start": start}
+    frames = prefix_of(checked(data))
+    assert frames[-1].any()
+    sight = look(labels_of(frames), PIXELS, FRAME, Told(), seed=0)
+    nozzle = sight.things[0].nozzles[0]
+    assert nozzle.shape["size"][0] == pytest.approx(width, rel=0.5)
+    assert nozzle.shape["center"] == pytest.approx([0.5, 0.8], abs=0.06)
