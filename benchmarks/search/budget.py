@@ -41,13 +41,26 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--minutes", type=float, nargs="+", default=[1, 2, 5])
     parser.add_argument(
-        "--part", default="0/1", help="K/N: only each N-th sample from the K-th on"
+        "--part",
+        type=part,
+        default=(0, 1),
+        help="K/N: only each N-th sample from number K on, which counts from 0",
     )
+
+
+def part(text: str) -> tuple[int, int]:
+    """Number and count of a part: K/N, K from 0 to N - 1."""
+    place, _, parts = text.partition("/")
+    if not (place.isdigit() and parts.isdigit() and int(place) < int(parts)):
+        raise argparse.ArgumentTypeError(
+            f"{text}: must be K/N with K from 0 to N - 1, so 0/2 and 1/2 for two halves"
+        )
+    return int(place), int(parts)
 
 
 def carry_out(options: argparse.Namespace) -> None:
     """Search once a sample, evaluate at each budget, and print the tables."""
-    place, parts = map(int, options.part.split("/"))
+    place, parts = options.part
     rows = options.release, options.split, options.config
     ids = (all_ids if options.final else chosen_ids)(*rows)[place::parts]
     chosen = examples(*rows, ids, options.regime, final=options.final)
