@@ -94,6 +94,10 @@ class Prior:
         known = self.contacts.get(thing["shape"]["type"], {})
         return dict(self.contact) | known.get(motion_of(thing), {})
 
+    def belt_share(self, thing: Mapping[str, Any]) -> float:
+        """Share of belts among still colliders of the shape of one."""
+        return self.belts.get(thing["shape"]["type"], 0.0)
+
     def common(self, count: int) -> list[str]:
         """Classes that most matter is of, the commonest first."""
         names = sorted(self.materials, key=lambda n: (-self.materials[n]["share"], n))
@@ -125,7 +129,6 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         if "contact" in t
     )
     law, friction, skin = contacts.most_common(1)[0][0]
-    by_motion = _by_motion(things)
     ways = [
         float(np.hypot(*k["velocity"])) * (k["stop"] - k["start"])
         for k in (t.get("kinematics", {}) for t in things)
@@ -160,25 +163,7 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         ],
         walls=_walls(all_),
         contact={"type": law, "friction": friction, "skin_cells": skin},
-        contacts={
-            shape: {motion: _contact(some) for motion, some in sorted(found.items())}
-            for shape, found in sorted(by_motion.items())
-        },
-        belts={
-            shape: _round(len(found["conveyor"]) / count)
-            for shape, found in sorted(by_motion.items())
-            if (count := len(found["conveyor"]) + len(found["still"]))
-        },
-        belt_speed=_round(
-            np.median(
-                [
-                    abs(t["kinematics"]["surface_speed"])
-                    for found in by_motion.values()
-                    for t in found["conveyor"]
-                ]
-                or [0.0]
-            )
-        ),
+        **_of_colliders(things),
         way=[_round(v) for v in np.quantile(ways, QUARTILES)],
         emission_stops=[_round(v) for v in np.quantile(stops, QUARTILES)],
         outlines=usual_outlines(
@@ -192,16 +177,22 @@ def _matter(scene: Mapping[str, Any]) -> list[Data]:
     return [t for t in scene["objects"] if "physics_properties" in t]
 
 
-def _by_motion(
-    things: Iterable[Mapping[str, Any]],
-) -> dict[str, dict[str, list[Mapping[str, Any]]]]:
-    """Colliders by the types of their shapes and by how they move."""
-    found: dict[str, dict[str, list[Mapping[str, Any]]]] = {}
+def _of_colliders(things: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Contacts and belts, by the types of shapes and how colliders move."""
+    known: dict[str, dict[str, list[Mapping[str, Any]]]] = {}
     for thing in things:
         if "contact" in thing:
-            of_shape = found.setdefault(thing["shape"]["type"], defaultdict(list))
+            of_shape = known.setdefault(thing["shape"]["type"], defaultdict(list))
             of_shape[motion_of(thing)].append(thing)
-    return found
+    contacts, belts, speeds = {}, {}, []
+    for shape, found in sorted(known.items()):
+        contacts[shape] = {m: _contact(some) for m, some in sorted(found.items())}
+        moving, still = found["conveyor"], found["still"]
+        if moving or still:
+            belts[shape] = _round(len(moving) / (len(moving) + len(still)))
+        speeds += [abs(thing["kinematics"]["surface_speed"]) for thing in moving]
+    speed = _round(np.median(speeds)) if speeds else 0.0
+    return {"contacts": contacts, "belts": belts, "belt_speed": speed}
 
 
 def _contact(colliders: Sequence[Mapping[str, Any]]) -> Data:

@@ -115,23 +115,6 @@ def all_drops_of(
     return _told(births, velocity, area, pixels, steady=_are_drops(masks, found))
 
 
-def _told(
-    births: "Sequence[_Birth]",
-    velocity: Floats,
-    area: float,
-    pixels: Pixels,
-    *,
-    steady: bool,
-) -> Drops:
-    radius = math.sqrt(area / math.pi) - DRAWN_LARGER
-    return Drops(
-        (float(velocity[0]), float(velocity[1])),
-        tuple((b.time, float(b.place[0]), float(b.place[1])) for b in births),
-        radius / pixels.side,
-        steady=steady,
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class _Birth:
     """A drop when it is seen first."""
@@ -146,6 +129,23 @@ class _Birth:
     def when(self) -> float:
         """Its time [s]."""
         return self.time
+
+
+def _told(
+    births: Sequence[_Birth],
+    velocity: Floats,
+    area: float,
+    pixels: Pixels,
+    *,
+    steady: bool,
+) -> Drops:
+    radius = math.sqrt(area / math.pi) - DRAWN_LARGER
+    return Drops(
+        (float(velocity[0]), float(velocity[1])),
+        tuple((b.time, float(b.place[0]), float(b.place[1])) for b in births),
+        radius / pixels.side,
+        steady=steady,
+    )
 
 
 def _born(drop: _Drop, gravity: Sequence[float], frame_time: float) -> _Birth:

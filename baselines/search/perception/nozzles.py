@@ -262,9 +262,9 @@ class _Start:
     def of_drops(self, drops: Drops) -> list[dict[str, float]]:
         """From the order of drops; one alone tells no width, which may be either."""
         widths = [width for width, _ in WIDE.values()]
+        alone = len(drops.births) == 1 and "width" not in self._told
         return [
-            self._of_order(drops, width)
-            for width in widths[: 1 if len(drops.births) > 1 else None]
+            self._of_order(drops, width) for width in widths[: None if alone else 1]
         ]
 
     def _of_order(self, drops: Drops, usual: float) -> dict[str, float]:

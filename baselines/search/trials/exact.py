@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from mpmworlds.baselines.search.prior import Prior
-from mpmworlds.baselines.search.trials.moves import Doubt, aimed, pull
+from mpmworlds.baselines.search.trials.moves import Doubt, aimed, pull, started
 
 Data = dict[str, Any]
 
@@ -38,16 +38,12 @@ def exact(data: Data, doubt: Doubt, prior: Prior) -> Iterator[tuple[str, Data]]:
             told = known.get("initial_state") or {}
             spins = thing["initial_state"]["angular_velocity"] != 0.0
             if spins and "angular_velocity" not in told:
-                changed = copy.deepcopy(data)
-                state = changed["objects"][number]["initial_state"]
-                state["angular_velocity"] = 0.0
+                changed = started(data, number, angular_velocity=0.0)
                 yield f"{number} does not spin", changed
             speed = math.hypot(*thing["initial_state"]["velocity"])
             if 0.0 < speed < SLOW and not told:
-                changed = copy.deepcopy(data)
-                state = changed["objects"][number]["initial_state"]
-                state |= {"velocity": [0.0, 0.0], "angular_velocity": 0.0}
-                yield f"{number} starts at rest", changed
+                rest = {"velocity": [0.0, 0.0], "angular_velocity": 0.0}
+                yield f"{number} starts at rest", started(data, number, **rest)
         if "emission" in thing and "velocity" not in (known.get("emission") or {}):
             x, y = thing["emission"]["velocity"]
             aside = math.remainder(-math.pi / 2.0 - math.atan2(y, x), 2.0 * math.pi)

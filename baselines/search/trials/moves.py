@@ -227,6 +227,13 @@ def _of_spin(number: int, thing: Data, *, flown: bool) -> Iterator[Move]:
     yield Move(f"{number}.spin", step, weight, _spun(number))
 
 
+def started(data: Data, number: int, **state: Any) -> Data:
+    """A scene of which a body starts otherwise."""
+    changed = copy.deepcopy(data)
+    changed["objects"][number]["initial_state"] |= state
+    return changed
+
+
 def spins_unseen(thing: Data, known: Mapping[str, Any]) -> bool:
     """Whether it is not seen of a body, nor told, if it spins before it lands."""
     told = "angular_velocity" in (known.get("initial_state") or {})

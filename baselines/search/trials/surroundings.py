@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from mpmworlds.baselines.search.trials.moves import spins_unseen
+from mpmworlds.baselines.search.trials.moves import spins_unseen, started
 from mpmworlds.baselines.search.trials.readings import classes_of, distinct
 from mpmworlds.baselines.search.trials.tried import HOPELESS, Tried
 
@@ -118,7 +118,7 @@ class Surroundings:
         for number in self._tried.known.touched:
             before = self._tried.best.data
             thing = before["objects"][number]
-            likely = self._prior.belts.get(thing["shape"]["type"], 0.0) > share
+            likely = self._prior.belt_share(thing) > share
             told = self._tried.told(number).get("object_type")
             if told or not likely or thing["object_type"] != "static_collider":
                 continue
@@ -140,9 +140,7 @@ class Surroundings:
             if spun or not spins_unseen(before["objects"][number], told):
                 continue
             for spin in (UNSEEN_SPIN, -UNSEEN_SPIN):
-                changed = copy.deepcopy(before)
-                state = changed["objects"][number]["initial_state"]
-                state["angular_velocity"] = spin
+                changed = started(before, number, angular_velocity=spin)
                 self._tried.run(changed, f"{number} spins")
 
     def drawn(self, data: Data, draw: np.random.Generator) -> Data:

@@ -103,7 +103,7 @@ def _still(thing: Data, prior: Prior) -> float:
     belt = thing.get("kinematics", {}).get("type") == "conveyor"
     if not belt and thing["object_type"] != "static_collider":
         return 0.0
-    share = prior.belts.get(thing["shape"]["type"], 0.0)
+    share = prior.belt_share(thing)
     return rarity(max(share if belt else 1.0 - share, NONE))
 
 
