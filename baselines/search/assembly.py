@@ -130,7 +130,7 @@ def _move(found: Data, thing: Thing, sight: Sight, prior: Prior) -> None:
     end = sight.frame_time * (len(sight.labels.numbers) - 1)
     found["kinematics"] = copy.deepcopy(law.kinematics)
     if law.kinematics["type"] == "translate" and "stop" not in law.kinematics:
-        found["kinematics"]["stop"] = stop_of(law, end, prior.way[1])
+        found["kinematics"]["stop"] = stop_of(law, end, prior)
     if "frequency" in told and thing.poses is not None:
         found["kinematics"]["amplitude"] = amplitude_of(
             thing.poses, sight.frame_time, told["frequency"], told["phase_deg"]
@@ -139,12 +139,12 @@ def _move(found: Data, thing: Thing, sight: Sight, prior: Prior) -> None:
         _set_pivot(found, law, thing, sight)
 
 
-def stop_of(law: Law, end: float, way: float) -> float:
+def stop_of(law: Law, end: float, prior: Prior) -> float:
     """When a translation stops that goes on at the end of the prefix [s]."""
     speed = max(math.hypot(*law.kinematics["velocity"]), 1e-3)
     start = float(law.kinematics.get("start", 0.0))
-    gone = (end - start) * speed
-    return max(start + max(way, 0.5 * (gone + 1.5 * way)) / speed, end + LEAST_STILL)
+    way = prior.way(speed, (end - start) * speed, 0.5)
+    return max(start + way / speed, end + LEAST_STILL)
 
 
 def _unseen_motion(kind: str | None) -> Data:
@@ -213,4 +213,6 @@ def _pour(found: Data, thing: Thing, told: Told, prior: Prior, sight: Sight) -> 
             "start": end + 0.3,
         } | more.get(kind, {})
     emission = found["emission"]
-    emission["stop"] = max(prior.emission_stops[1], emission["start"] + 0.5)
+    emission["stop"] = max(
+        prior.emission_stops[emission["type"]][1], emission["start"] + 0.5
+    )

@@ -32,6 +32,8 @@ KIND: Final = ":"  # between the name of a class and the number of a kind of it
 FAR: Final = 1.8  # ratio of a number to the typical one of another kind
 MANY: Final = 0.012  # share of a class that is a kind of its own
 QUARTILES: Final = (0.25, 0.5, 0.75)
+TENTHS: Final = tuple(k / 10 for k in range(11))
+SPEEDS: Final = 20  # groups of translating colliders, of equal size, by speed
 FRICTIONLESS: Final = ("sticky",)  # laws to which friction is nothing
 
 
@@ -69,10 +71,11 @@ class Prior:
     """
     belt_speed: float
     """Median speed of the surface of belts [m/s]; 0 if there are none."""
-    way: Sequence[float]
-    """Quartiles of the way of translating colliders [m]."""
-    emission_stops: Sequence[float]
-    """Quartiles of the time when emitters stop [s]."""
+    ways: Sequence[Data]
+    """Ways of translating colliders [m], `TENTHS` of them, by the least speed of those
+    counted [m/s], the slowest first: what is slow does not get far."""
+    emission_stops: Mapping[str, Sequence[float]]
+    """Kind of nozzle -> quartiles of the time when such emitters stop [s]."""
     outlines: Sequence[Outline]
     """Those that most polygons have, see `usual_outlines`."""
     still: float
@@ -97,6 +100,23 @@ class Prior:
     def belt_share(self, thing: Mapping[str, Any]) -> float:
         """Share of belts among still colliders of the shape of one."""
         return self.belts.get(thing["shape"]["type"], 0.0)
+
+    def way(self, speed: float, gone: float, part: float) -> float:
+        """How far a translation leads [m] that has led so far already.
+
+        Parameters
+        ----------
+        speed
+            Of the collider [m/s].
+        gone
+            Way that is seen [m].
+        part
+            Quantile, among those of about this speed that lead farther.
+        """
+        tenths = [g["way"] for g in self.ways if g["speed"] <= speed]
+        level = float(np.interp(gone, tenths[-1], TENTHS))
+        level += part * (1.0 - level)
+        return max(gone, float(np.interp(level, TENTHS, tenths[-1])))
 
     def common(self, count: int) -> list[str]:
         """Classes that most matter is of, the commonest first."""
@@ -129,12 +149,6 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         if "contact" in t
     )
     law, friction, skin = contacts.most_common(1)[0][0]
-    ways = [
-        float(np.hypot(*k["velocity"])) * (k["stop"] - k["start"])
-        for k in (t.get("kinematics", {}) for t in things)
-        if k.get("type") == "translate"
-    ]
-    stops = [t["emission"]["stop"] for t in things if "emission" in t]
     several = [
         {t["physics_properties"]["constitutive_model"] for t in found}
         for found in (_matter(scene) for scene in all_)
@@ -164,8 +178,8 @@ def counted(scenes: Iterable[Mapping[str, Any]]) -> Prior:
         walls=_walls(all_),
         contact={"type": law, "friction": friction, "skin_cells": skin},
         **_of_colliders(things),
-        way=[_round(v) for v in np.quantile(ways, QUARTILES)],
-        emission_stops=[_round(v) for v in np.quantile(stops, QUARTILES)],
+        ways=_ways(things),
+        emission_stops=_stops(things),
         outlines=usual_outlines(
             t["shape"]["vertices"] for t in things if t["shape"]["type"] == "polygon"
         ),
@@ -200,6 +214,35 @@ def _contact(colliders: Sequence[Mapping[str, Any]]) -> Data:
     laws = Counter(thing["contact"]["type"] for thing in colliders)
     friction = np.median([thing["contact"]["friction"] for thing in colliders])
     return {"type": laws.most_common(1)[0][0], "friction": _round(friction)}
+
+
+def _ways(things: Iterable[Mapping[str, Any]]) -> list[Data]:
+    """Ways of translations, by groups of about the same speed."""
+    pairs = [
+        (speed, speed * (motion["stop"] - motion["start"]))
+        for motion in (t.get("kinematics", {}) for t in things)
+        if motion.get("type") == "translate"
+        for speed in [float(np.hypot(*motion["velocity"]))]
+    ]
+    groups = np.array_split(np.array(sorted(pairs)), min(SPEEDS, len(pairs)))
+    return [
+        {
+            "speed": _round(group[0, 0]) if number else 0.0,
+            "way": [_round(v) for v in np.quantile(group[:, 1], TENTHS)],
+        }
+        for number, group in enumerate(groups)
+    ]
+
+
+def _stops(things: Iterable[Mapping[str, Any]]) -> dict[str, list[float]]:
+    """Times when emitters stop, by kinds of nozzles."""
+    stops = defaultdict(list)
+    for emission in (t["emission"] for t in things if "emission" in t):
+        stops[emission["type"]].append(emission["stop"])
+    return {
+        kind: [_round(v) for v in np.quantile(found, QUARTILES)]
+        for kind, found in sorted(stops.items())
+    }
 
 
 def _pace(scene: Mapping[str, Any]) -> float:

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator
 from typing import Any, Final
 
-from mpmworlds.baselines.search.prior import Prior
+from mpmworlds.baselines.search.prior import QUARTILES, Prior
 from mpmworlds.baselines.search.trials.readings import Trial
 from mpmworlds.baselines.search.trials.search import Search
 
@@ -52,28 +52,31 @@ def variants(data: Data, prior: Prior, end: float) -> Iterator[tuple[str, Data]]
     data
         Plain data of a scene.
     prior
-        Quartiles of the train split.
+        Ways and stops of the train split.
     end
         Time at the end of the prefix [s].
     """
     for place, word in ((2, "more"), (0, "less")):
         changed = copy.deepcopy(data)
         for thing in changed["objects"]:
-            _lead(thing, prior.way[place], end)
-            _pour(thing, prior.emission_stops[place], end)
+            _lead(thing, prior, QUARTILES[place], end)
+            _pour(thing, prior, place, end)
         if changed != data:
             yield f"goes on for {word} time", changed
 
 
-def _lead(thing: Data, way: float, end: float) -> None:
+def _lead(thing: Data, prior: Prior, part: float, end: float) -> None:
     motion = thing.get("kinematics", {})
     if motion.get("type") != "translate" or motion["stop"] <= end:
         return
     speed = max(math.hypot(*motion["velocity"]), 1e-3)
-    motion["stop"] = max(motion.get("start", 0.0) + way / speed, end + LATEST)
+    start = motion.get("start", 0.0)
+    way = prior.way(speed, (end - start) * speed, part)
+    motion["stop"] = max(start + way / speed, end + LATEST)
 
 
-def _pour(thing: Data, stop: float, end: float) -> None:
+def _pour(thing: Data, prior: Prior, place: int, end: float) -> None:
     emission = thing.get("emission", {})
     if emission.get("stop", 0.0) > end:
-        emission["stop"] = max(stop, end + LATEST)
+        stops = prior.emission_stops[emission["type"]]
+        emission["stop"] = max(stops[place], end + LATEST)

@@ -1,6 +1,7 @@
 """The table of what is usual, counted from scenes."""
 
 import copy
+import math
 
 import pytest
 
@@ -73,3 +74,26 @@ def test_contacts_are_counted_by_shape_and_motion():
     unknown = still | {"shape": {"type": "capsule"}}
     assert table.contact_of(unknown) == table.contact
     assert (table.belts["ellipse"], table.belt_speed) == (0.0, 0.0)
+
+
+def test_ways_go_by_speed_and_by_what_is_seen():
+    usual = prior()
+    for speed in (0.01, 0.09, 0.12, 0.4, 5.0):
+        ways = [usual.way(speed, 0.0, part) for part in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        assert ways == sorted(ways)
+        middle = usual.way(speed, 0.0, 0.5)
+        assert usual.way(speed, middle, 0.5) == pytest.approx(ways[3])
+        assert usual.way(speed, 2.0, 0.5) == 2.0  # farther than any that is known
+    # What creeps is known to stop soon, what is a little faster is not.
+    assert usual.way(0.09, 0.05, 0.5) < 0.6 * usual.way(0.13, 0.05, 0.5)
+
+
+def test_ways_and_stops_are_counted():
+    scene = world("ball", "gate", "jet").to_data()
+    table = counted([*all_classes(), scene])
+    motion = scene["objects"][1]["kinematics"]
+    speed = math.hypot(*motion["velocity"])
+    way = speed * (motion["stop"] - motion["start"])
+    assert table.way(2.0 * speed, 0.0, 0.5) == pytest.approx(way, rel=1e-3)
+    stop = scene["objects"][2]["emission"]["stop"]
+    assert table.emission_stops == {"jet": [stop] * 3}

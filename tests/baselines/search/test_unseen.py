@@ -2,9 +2,11 @@
 
 import math
 
+import pytest
+
 from mpmworlds.baselines.search.prior import prior
 from mpmworlds.baselines.search.trials.readings import Trial
-from mpmworlds.baselines.search.unseen import proposals, variants
+from mpmworlds.baselines.search.unseen import LATEST, proposals, variants
 from tests.baselines.search.worlds import world
 
 END = 0.74
@@ -20,12 +22,12 @@ def test_variants_differ_only_after_the_prefix():
     data, usual = scene(), prior()
     found = [changed for _, changed in variants(data, usual, END)]
     assert len(found) == 2
-    for changed, way, stop in zip(found, usual.way[::-2], (2, 0), strict=True):
+    for changed, part, stop in zip(found, (0.75, 0.25), (2, 0), strict=True):
         gate, jet = changed["objects"][1]["kinematics"], changed["objects"][2]
-        speed = math.hypot(*gate["velocity"])
-        assert gate["stop"] >= END
-        assert (gate["stop"] - 0.2) * speed >= min(way, 0.999 * way)
-        assert jet["emission"]["stop"] == usual.emission_stops[stop]
+        speed, start = math.hypot(*gate["velocity"]), gate["start"]
+        way = usual.way(speed, speed * (END - start), part)
+        assert gate["stop"] == pytest.approx(max(start + way / speed, END + LATEST))
+        assert jet["emission"]["stop"] == usual.emission_stops["jet"][stop]
         gate["stop"] = 1.0
         jet["emission"]["stop"] = data["objects"][2]["emission"]["stop"]
         assert changed == data
