@@ -69,7 +69,8 @@ def _sliced_areas(one: View, other: View, frames: npt.NDArray[np.intp]) -> Curve
     weights, used = _signed_masses(
         one.mask[frames], other.mask[frames], one.sizes[frames], other.sizes[frames]
     )
-    sorted_weights = np.empty_like(weights)
+    by_pixel = np.ascontiguousarray(weights.T)
+    in_turn, sorted_weights = np.empty_like(by_pixel), np.empty_like(weights)
     sums = np.empty((len(frames) + 1, used.size + 1))
     heights = np.empty((len(frames), used.size + 1))
     areas = np.zeros(len(frames))
@@ -77,7 +78,9 @@ def _sliced_areas(one: View, other: View, frames: npt.NDArray[np.intp]) -> Curve
         met = rank[used]
         order = np.argsort(met, kind="stable")
         gaps = np.diff(position[met[order]])
-        np.take(weights, order, axis=1, out=sorted_weights, mode="clip")
+        # All frames of a pixel lie together: 3 times faster, though turned afterwards.
+        np.take(by_pixel, order, axis=0, out=in_turn, mode="clip")
+        cv2.transpose(in_turn, sorted_weights)
         # Two rows of an integral image differ by a cumulative sum: 4 times faster.
         cv2.integral(sorted_weights, sums, sdepth=cv2.CV_64F)
         cv2.absdiff(sums[1:], sums[:-1], heights)
