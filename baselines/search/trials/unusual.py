@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Final
 
-from mpmworlds.baselines.search.perception.nozzles import crowding
+from mpmworlds.baselines.search.perception.usual_nozzles import crowding
 from mpmworlds.baselines.search.prior import Prior
 from mpmworlds.baselines.search.trials.readings import classes_of
 
