@@ -21,7 +21,9 @@ from mpmworlds.sim.scene.steps import with_fewest_steps
 Data = dict[str, Any]
 
 TRIES: Final = 60  # small changes of one scene, and as many larger ones
-INWARD: Final = 0.002  # a step away from a wall [m]
+INWARD: Final = 0.002  # a step away from a wall, at least [m]
+FAR_IN: Final = 0.25  # part of the way out of a wall that is one step
+NEAR: Final = 0.06  # a wall is, at most [m]
 BACK: Final = 0.001  # a step of a nozzle away from what it points at [m]
 NARROWER: Final = 0.95  # of the width of a nozzle
 FLATTER: Final = 0.93  # of the depth of a nozzle, which does nothing
@@ -112,8 +114,9 @@ def _inward(thing: Data) -> None:
     shape = thing["shape"]
     outline = np.concatenate(SHAPES[shape["type"]].model_validate(shape).outline())
     low, high = outline.min(axis=0), outline.max(axis=0)
-    push = np.where(low < 1.0 - high, INWARD, -INWARD)
-    push = np.where(np.minimum(low, 1.0 - high) > 0.06, 0.0, push)
+    room = np.minimum(low, 1.0 - high)
+    step = np.where(room > NEAR, 0.0, np.maximum(INWARD, -FAR_IN * room))
+    push = np.where(low < 1.0 - high, step, -step)
     shape["center"] = (np.array(shape["center"]) + push).tolist()
     scaled(shape, 0.995)
     if "emission" in thing:

@@ -22,6 +22,7 @@ Data = dict[str, Any]
 MOST_FRAMES: Final = 9  # that a fit compares
 LONGEST: Final = 26  # frames that count at most
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
+EDGE: Final = 6 / 128  # thickness of walls, which no nozzle reaches into [m]
 NO_DROPS: Final = 10.0  # better fit that a jet must be worth where drops are seen
 CLEARLY: Final = 0.7  # part of a misfit that another look at drops must leave at most
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
@@ -192,7 +193,16 @@ def _nozzle(kind: str, v: Mapping[str, float]) -> Data:
     if kind == "hose":
         emission["swing_deg"] = min(max(v["swing"], -80.0), 80.0)
         emission["period"] = max(v["period"], 0.1)
-    return {"center": [v["x"], v["y"]], "width": width, "emission": emission}
+    center = _inside(v["x"], v["y"], width, v["heading"])
+    return {"center": center, "width": width, "emission": emission}
+
+
+def _inside(x: float, y: float, width: float, heading: float) -> list[float]:
+    """Place of a nozzle that lies within the walls, near to one that may not."""
+    ahead = np.abs([math.cos(heading), math.sin(heading)])
+    reach = np.minimum(EDGE + 0.5 * (DEPTH * ahead + width * ahead[::-1]), 0.5)
+    found: list[float] = np.clip([x, y], reach, 1.0 - reach).tolist()
+    return found
 
 
 def _finished(kind: str, numbers: Mapping[str, float], error: float) -> Nozzle:

@@ -142,3 +142,21 @@ def test_slow_rain_is_narrow_where_one_drop_is_all_that_is_seen(
     nozzle = sight.things[0].nozzles[0]
     assert nozzle.shape["size"][0] == pytest.approx(width, rel=0.5)
     assert nozzle.shape["center"] == pytest.approx([0.5, 0.8], abs=0.06)
+
+
+def test_a_nozzle_lies_within_the_walls_though_a_blade_cuts_what_leaves_it():
+    data = world("fan", "rain").to_data()
+    fan, rain = data["objects"]
+    fan["shape"] = {"type": "box", "center": [0.46759, 0.712211], "size": [0.33, 0.03]}
+    fan["shape"]["angle_deg"] = 155.18124
+    fan["kinematics"] = {"type": "rotate", "angular_velocity": -15.0}
+    rain["physics_properties"] = prior().typical("snow")
+    rain["shape"] |= {"center": [0.462617, 0.871555], "size": [0.4, 0.05]}
+    rain["emission"] |= {"rate": 1843.319, "drop_radius": 0.046587, "start": 0.0}
+    rain["emission"] |= {"velocity": [0.0, -1.281464]}
+    sight = sight_of(checked(data))
+    thing = next(t for t in sight.things if t.track.color == COLORS[1])
+    nozzle = thing.nozzles[0]
+    assert nozzle.emission["type"] == "rain"
+    assert nozzle.shape["center"] == pytest.approx([0.463, 0.872], abs=0.04)
+    assert nozzle.emission["velocity"] == pytest.approx([0.0, -1.28], abs=0.25)

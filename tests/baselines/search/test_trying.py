@@ -210,6 +210,14 @@ def test_a_nozzle_steps_back_from_what_it_would_pour_on():
     assert fixed["emission"]["rate"] == rain["emission"]["rate"]
 
 
+def test_a_nozzle_far_outside_is_brought_in():
+    data = world("still", "rain").to_data()
+    data["objects"][1]["shape"]["center"] = [1.2, 1.28]
+    fixed = Scene.from_yaml(written(data)).to_data()["objects"][1]
+    assert min(fixed["shape"]["center"]) > 0.7
+    assert fixed["shape"]["size"][0] > 0.1
+
+
 def test_a_nozzle_between_things_becomes_narrower():
     data = world("still", "rain").to_data()
     box = {"type": "box", "center": [0.8, 0.8], "size": [0.2, 0.3]}
