@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final
 
 import cv2
@@ -85,11 +86,19 @@ class Hit:
 
     def beneath(self, pixels: Pixels, number: int) -> Mask:
         """Pixels (N, N) of a frame that may show what rebounds."""
-        x, y = pixels.centers()
-        places = np.stack(np.meshgrid(x, y), axis=-1)
-        deep, strip = _along(places, self.down)
+        deep, strip = _pixels_along(pixels, self.down)
         found: Mask = deep > self.depth[number, strip] - REBOUND
         return found
+
+
+@lru_cache(maxsize=4)
+def _pixels_along(
+    pixels: Pixels, down: tuple[float, float]
+) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Depth and strip of every pixel, (N, N) each."""
+    deep, strip = _along(np.stack(np.meshgrid(*pixels.centers()), axis=-1), down)
+    deep.flags.writeable = strip.flags.writeable = False
+    return deep, strip
 
 
 def _along(
