@@ -2,6 +2,7 @@
 
 python -m benchmarks.search measure --release DIR --out RESULTS  # scores and times
 python -m benchmarks.search budget --release DIR --out RESULTS   # what time brings
+python -m benchmarks.search luck --release DIR                   # other seeds
 python -m benchmarks.search perception --release DIR             # what is seen
 python -m benchmarks.search recovery --release DIR RESULTS       # scenes and the truth
 python -m benchmarks.search sheets --release DIR RESULTS         # pictures of both
@@ -11,11 +12,20 @@ python -m benchmarks.search settled --release DIR RESULTS        # fit of the he
 import argparse
 from pathlib import Path
 
-from benchmarks.search import budget, measure, perception, recovery, settled, sheets
+from benchmarks.search import (
+    budget,
+    luck,
+    measure,
+    perception,
+    recovery,
+    settled,
+    sheets,
+)
 
 VERBS = {
     "measure": measure,
     "budget": budget,
+    "luck": luck,
     "perception": perception,
     "recovery": recovery,
     "sheets": sheets,
