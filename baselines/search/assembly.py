@@ -18,6 +18,17 @@ from mpmworlds.sim.scene.sections import SCHEMA
 
 Data = dict[str, Any]
 
+UNSEEN: Final[Mapping[str, Data]] = {
+    "box": {"size": [0.16, 0.08]},
+    "capsule": {"length": 0.12, "radius": 0.04},
+    "circle": {"radius": 0.08},
+    "ellipse": {"semi_axes": [0.1, 0.06]},
+    "fan_blades": {"blade_count": 3, "blade_length": 0.1, "thickness": 0.03},
+    "polygon": {"vertices": [[-0.08, -0.05], [0.08, -0.05], [0.0, 0.1]]},
+    "ring": {"radius": 0.08, "thickness": 0.03},
+    "rounded_box": {"size": [0.16, 0.08], "corner_radius": 0.02},
+}
+"""Lengths of shapes that are told and not seen [m]."""
 SUBSTEPS: Final = 32  # of a frame, until it is known how many are needed
 CENTERED: Final = 0.012  # distance of a pivot from the center that is none [m]
 LEAST_STILL: Final = 0.05  # time for which what moves at the end goes on at least [s]
@@ -92,7 +103,8 @@ def _object(thing: Thing, name: str, sight: Sight, told: Told, prior: Prior) -> 
         found = of_matter(found, _matter(thing.told, prior), thing.told)
     if "shape" not in found:  # told, but not seen
         x, y = told.near.get(str(thing.told.get("name")), (0.5, 0.5))
-        found["shape"] = {"type": "circle", "center": [x, y], "radius": 0.08}
+        kind = (thing.told.get("shape") or {}).get("type", "circle")
+        found["shape"] = {"type": kind, "center": [x, y]} | UNSEEN[kind]
     if thing.kind in ("static_collider", "kinematic_collider"):
         found["contact"] = prior.contact_of(found)
     whole: Data = over(thing.told, found)

@@ -1,7 +1,7 @@
 """Shapes as vectors of numbers: where a fit of each kind starts, and what it is."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -49,15 +49,24 @@ class _Measures:
     radii: Floats
 
 
-def starts(mask: Mask, pixels: Pixels) -> Iterator[Start]:
-    """Starts of all kinds but polygons that a mask may be one of."""
+def starts(mask: Mask, pixels: Pixels, kinds: Collection[str] = ()) -> Iterator[Start]:
+    """Starts of all kinds but polygons that a mask may be one of.
+
+    If some kinds are asked for, starts of those, however unlike them the mask is:
+    something in front may cut it.
+    """
     seen = _measured(mask, pixels)
     step = 1.0 / pixels.side
-    if seen.solid:
-        yield from _solid(seen, step)
-    else:
-        yield from _rings(mask, pixels, seen, step)
-        yield from _fans(seen, step)
+    sure = bool(kinds)
+    if seen.solid or sure:
+        yield from _asked(_solid(seen, step, sure=sure), kinds)
+    if not seen.solid or sure:
+        yield from _asked(_rings(mask, pixels, seen, step), kinds)
+        yield from _asked(_fans(seen, step, sure=sure), kinds)
+
+
+def _asked(found: Iterable[Start], kinds: Collection[str]) -> Iterator[Start]:
+    return (start for start in found if not kinds or start.kind in kinds)
 
 
 def _measured(mask: Mask, pixels: Pixels) -> _Measures:
@@ -95,7 +104,7 @@ def _has_hole(mask: Mask) -> bool:
     return len(sizes) > 1 and sizes[-2] >= 9
 
 
-def _solid(seen: _Measures, step: float) -> Iterator[Start]:
+def _solid(seen: _Measures, step: float, *, sure: bool) -> Iterator[Start]:
     c, m, s = tuple(seen.center), tuple(seen.box_center), step
     w, h, turn = seen.width, seen.height, seen.degrees
     radius = math.sqrt(seen.area / math.pi)
@@ -106,7 +115,7 @@ def _solid(seen: _Measures, step: float) -> Iterator[Start]:
     yield Start(
         "rounded_box", (*m, turn, w, h, corner), (s, s, 2.0, s, s, 2 * s), _rounded
     )
-    if w > 1.25 * h:
+    if w > 1.25 * h or sure:
         start = (*m, turn, max(w - h, TINY), h / 2)
         yield Start("capsule", start, (s, s, 2.0, 2 * s, s), _capsule)
 
@@ -131,12 +140,12 @@ def _circle_through(mask: Mask, pixels: Pixels) -> tuple[Floats, float]:
     return z[:2], math.sqrt(max(float(z[2] + z[:2] @ z[:2]), 1e-6))
 
 
-def _fans(seen: _Measures, step: float) -> Iterator[Start]:
+def _fans(seen: _Measures, step: float, *, sure: bool) -> Iterator[Start]:
     reach = float(np.quantile(seen.radii, 0.995))
     outer = seen.radii > 0.5 * reach
     for count in BLADES:
         wave = np.exp(1j * count * seen.angles[outer]).mean()
-        if abs(wave) < 0.25 and count > 2:
+        if abs(wave) < 0.25 and count > 2 and not sure:
             continue
         first = math.degrees(float(np.angle(wave))) / count
         numbers = (*seen.center, first, reach - seen.wall / 2, 0.8 * seen.wall)

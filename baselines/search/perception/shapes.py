@@ -70,13 +70,9 @@ def fit_shape(
         That polygons often have.
     """
     seen = Seen(mask, care, pixels)
-    fits = [
-        _fitted(start, seen, grown)
-        for start in starts(mask, pixels)
-        if not kinds or start.kind in kinds
-    ]
+    fits = [_fitted(start, seen, grown) for start in starts(mask, pixels, kinds)]
     best = max((f.iou for f in fits), default=0.0)
-    if not kinds or "polygon" in kinds or not fits:
+    if not kinds or "polygon" in kinds:
         usual = [
             replace(_fitted(start, seen, grown), usual=True)
             for start in outlined(mask, pixels, outlines)
