@@ -1,5 +1,6 @@
 """The order of drops: each is born a golden step aside from the one before."""
 
+import math
 from typing import Final
 
 import numpy as np
@@ -12,6 +13,8 @@ Floats = npt.NDArray[np.float64]
 MANY_DROPS: Final = 5  # that tell their numbers by their places
 # Times between drops to try, in those between drops that are seen: from, to, how many.
 GAPS: Final = (0.5, 1.15, 240)
+LONGER: Final = 2.2  # time between drops over that of the first one, at most, and
+SURE: Final = 0.02  # how well that is known [s]
 FIRST_DROPS: Final = 3  # numbers that the first one that is seen may have
 
 
@@ -33,12 +36,21 @@ def numbered(born: Floats, side: Floats, seen: float) -> tuple[Floats, float]:
 
 
 def _one_after_the_other(born: Floats, seen: float) -> tuple[Floats, float]:
-    """The same by their births alone."""
-    if len(born) == 1:  # the next one is not born yet
-        return np.zeros(1), max(seen - float(born[0]), float(born[0]), 0.02)
-    gap = float(np.median(np.diff(born))) if len(born) > 2 else float(born[1] - born[0])
-    gap = max(gap, 0.004)
+    """The same by their births alone.
+
+    The first drop comes after half of the time between two, so that this is at most
+    twice its time: where it is less, some were cut before they were seen.
+    """
+    first = float(born[0])
+    if len(born) == 1:  # the next one is not born yet, unless it was cut
+        return np.zeros(1), max(min(max(seen - first, first), 2.0 * first), 0.02)
+    gaps = np.diff(born)
+    gap = max(float(np.median(gaps)), 0.004)
     numbers = np.arange(len(born), dtype=np.float64)
+    if gap > (most := LONGER * first + SURE):
+        gap = max(float(gaps.min()), 0.004)
+        gap /= math.ceil(gap / most)
+        numbers = np.rint((born - first) / gap)
     for _ in range(3):
         slope = float(np.polyfit(numbers, born, 1)[0])
         if slope <= 0.0:

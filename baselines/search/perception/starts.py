@@ -105,14 +105,19 @@ class Starts:
         level = 0.5 * (along.max() - speed * self._frame + along.min())
         born = seen - np.clip((along - level) / speed, 0.0, self._frame)
         side = places @ across
-        numbers, gap = numbered(born, side, len(self._masks) * self._frame)
+        radius = math.exp(self._told.get("radius", math.log(max(drops.radius, 0.004))))
+        count = max(round(math.pi * (radius / SPACING) ** 2), 1)
+        if {"rate", "start"} <= self._told.keys():
+            gap = count / math.exp(self._told["rate"])
+            numbers = np.maximum(np.rint((born - self._told["start"]) / gap - 0.5), 0.0)
+        else:
+            numbers, gap = numbered(born, side, len(self._masks) * self._frame)
         start = float(np.mean(born - gap * (numbers + 0.5)))
         if "start" in self._told or start < AT_ONCE:
             level -= speed * (self._told.get("start", 0.0) - start)
             start = self._told.get("start", 0.0)
         middle, width = spread(side, numbers, max(usual - 2 * drops.radius, NARROW))
         center = level * ahead + middle * across
-        count = max(round(math.pi * (drops.radius / SPACING) ** 2), 1)
         return {
             "x": float(center[0]),
             "y": float(center[1]),
@@ -121,7 +126,7 @@ class Starts:
             "rate": math.log(count / gap),
             "width": math.log(width + 2 * drops.radius),
             "start": start,
-            "radius": math.log(max(drops.radius, 0.004)),
+            "radius": math.log(radius),
         } | self._told
 
 

@@ -144,19 +144,39 @@ def test_slow_rain_is_narrow_where_one_drop_is_all_that_is_seen(
     assert nozzle.shape["center"] == pytest.approx([0.5, 0.8], abs=0.06)
 
 
-def test_a_nozzle_lies_within_the_walls_though_a_blade_cuts_what_leaves_it():
+def cut(blade, turned, spin, rain, **emission):
+    """The nozzle that is seen of rain that a blade cuts, and the true one."""
     data = world("fan", "rain").to_data()
-    fan, rain = data["objects"]
-    fan["shape"] = {"type": "box", "center": [0.46759, 0.712211], "size": [0.33, 0.03]}
-    fan["shape"]["angle_deg"] = 155.18124
-    fan["kinematics"] = {"type": "rotate", "angular_velocity": -15.0}
-    rain["physics_properties"] = prior().typical("snow")
-    rain["shape"] |= {"center": [0.462617, 0.871555], "size": [0.4, 0.05]}
-    rain["emission"] |= {"rate": 1843.319, "drop_radius": 0.046587, "start": 0.0}
-    rain["emission"] |= {"velocity": [0.0, -1.281464]}
+    fan, poured = data["objects"]
+    fan["shape"] = {"type": "box", "center": blade, "size": [0.33, 0.03]}
+    fan["shape"]["angle_deg"] = turned
+    fan["kinematics"] = {"type": "rotate", "angular_velocity": spin}
+    poured["physics_properties"] = prior().typical("snow")
+    poured["shape"] |= {"center": rain, "size": [0.4, 0.05]}
+    poured["emission"] |= {"start": 0.0} | emission
     sight = sight_of(checked(data))
     thing = next(t for t in sight.things if t.track.color == COLORS[1])
-    nozzle = thing.nozzles[0]
+    return thing.nozzles[0], poured
+
+
+@pytest.mark.parametrize(
+    ("blade", "turned", "spin", "rain", "rate", "radius", "speed"),
+    [
+        # Its fits once left the domain.
+        ([0.46759, 0.71221], 155.181, -15.0, [0.46262, 0.87155], 1843.3, 0.0466, 1.28),
+        # One drop is seen whole, the next one never.
+        ([0.58172, 0.72886], 174.2, -15.0, [0.48624, 0.84063], 1215.9, 0.0428, 1.34),
+        # The first one and the third one are.
+        ([0.47, 0.76], 60.0, -9.0, [0.37687, 0.88315], 2290.1, 0.0394, 1.25),
+    ],
+    ids=["outside", "one", "first and third"],
+)
+def test_rain_that_a_blade_cuts_is_measured_by_the_drops_that_are_left(
+    blade, turned, spin, rain, rate, radius, speed
+):
+    emission = {"rate": rate, "drop_radius": radius, "velocity": [0.0, -speed]}
+    nozzle, poured = cut(blade, turned, spin, rain, **emission)
     assert nozzle.emission["type"] == "rain"
-    assert nozzle.shape["center"] == pytest.approx([0.463, 0.872], abs=0.04)
-    assert nozzle.emission["velocity"] == pytest.approx([0.0, -1.28], abs=0.25)
+    assert nozzle.shape["center"] == pytest.approx(poured["shape"]["center"], abs=0.03)
+    assert nozzle.emission["velocity"] == pytest.approx([0.0, -speed], abs=0.2)
+    assert nozzle.emission["rate"] == pytest.approx(rate, rel=0.2)
