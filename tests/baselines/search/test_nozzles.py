@@ -167,7 +167,7 @@ def cut(blade, turned, spin, rain, **emission):
         # One drop is seen whole, the next one never.
         ([0.58172, 0.72886], 174.2, -15.0, [0.48624, 0.84063], 1215.9, 0.0428, 1.34),
         # The first one and the third one are.
-        ([0.47, 0.76], 60.0, -9.0, [0.37687, 0.88315], 2290.1, 0.0394, 1.25),
+        ([0.46736, 0.76384], 14.679, -15.0, [0.37665, 0.88297], 2290.1, 0.0394, 1.25),
     ],
     ids=["outside", "one", "first and third"],
 )
