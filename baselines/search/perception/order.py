@@ -39,7 +39,7 @@ def _one_after_the_other(born: Floats, seen: float) -> tuple[Floats, float]:
     """The same by their births alone.
 
     The first drop comes after half of the time between two, so that this is at most
-    twice its time: where it is less, some were cut before they were seen.
+    twice its time: where it seems to be more, some were cut before they were seen.
     """
     first = float(born[0])
     if len(born) == 1:  # the next one is not born yet, unless it was cut
