@@ -1,7 +1,6 @@
 """From what is seen to plain data of a scene."""
 
 import copy
-import math
 from collections.abc import Mapping
 from typing import Any, Final
 
@@ -31,7 +30,6 @@ UNSEEN: Final[Mapping[str, Data]] = {
 """Lengths of shapes that are told and not seen [m]."""
 SUBSTEPS: Final = 32  # of a frame, until it is known how many are needed
 CENTERED: Final = 0.012  # distance of a pivot from the center that is none [m]
-LEAST_STILL: Final = 0.05  # time for which what moves at the end goes on at least [s]
 CORNERS: Final = 24
 
 
@@ -142,21 +140,13 @@ def _move(found: Data, thing: Thing, sight: Sight, prior: Prior) -> None:
     end = sight.frame_time * (len(sight.labels.numbers) - 1)
     found["kinematics"] = copy.deepcopy(law.kinematics)
     if law.kinematics["type"] == "translate" and "stop" not in law.kinematics:
-        found["kinematics"]["stop"] = stop_of(law, end, prior)
+        found["kinematics"]["stop"] = prior.stop(law.kinematics, end, 0.5)
     if "frequency" in told and thing.poses is not None:
         found["kinematics"]["amplitude"] = amplitude_of(
             thing.poses, sight.frame_time, told["frequency"], told["phase_deg"]
         )
     if "center" not in (thing.told.get("shape") or {}):
         _set_pivot(found, law, thing, sight)
-
-
-def stop_of(law: Law, end: float, prior: Prior) -> float:
-    """When a translation stops that goes on at the end of the prefix [s]."""
-    speed = max(math.hypot(*law.kinematics["velocity"]), 1e-3)
-    start = float(law.kinematics.get("start", 0.0))
-    way = prior.way(speed, (end - start) * speed, 0.5)
-    return max(start + way / speed, end + LEAST_STILL)
 
 
 def _unseen_motion(kind: str | None) -> Data:

@@ -5,6 +5,7 @@ beside this module. Whatever else search takes for granted is of train rows, too
 """
 
 import argparse
+import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ FAR: Final = 1.8  # ratio of a number to the typical one of another kind
 MANY: Final = 0.012  # share of a class that is a kind of its own
 QUARTILES: Final = (0.25, 0.5, 0.75)
 TENTHS: Final = tuple(k / 10 for k in range(11))
+LATEST: Final = 0.05  # time after the prefix when what goes on in it stops at least [s]
 SPEEDS: Final = 20  # groups of translating colliders, of equal size, by speed
 FRICTIONLESS: Final = ("sticky",)  # laws to which friction is nothing
 
@@ -117,6 +119,23 @@ class Prior:
         level = float(np.interp(gone, tenths[-1], TENTHS))
         level += part * (1.0 - level)
         return max(gone, float(np.interp(level, TENTHS, tenths[-1])))
+
+    def stop(self, motion: Mapping[str, Any], end: float, part: float) -> float:
+        """When a translation in plain data stops that goes on at the end of a prefix.
+
+        Parameters
+        ----------
+        motion
+            ``velocity``, and ``start`` if it is not 0.
+        end
+            Time at the end of the prefix [s].
+        part
+            Quantile, see `way`.
+        """
+        speed = max(math.hypot(*motion["velocity"]), 1e-3)
+        start = float(motion.get("start", 0.0))
+        way = self.way(speed, (end - start) * speed, part)
+        return max(start + way / speed, end + LATEST)
 
     def common(self, count: int) -> list[str]:
         """Classes that most matter is of, the commonest first."""

@@ -1,18 +1,16 @@
 """What comes after the prefix: scenes that differ in nothing that it shows."""
 
 import copy
-import math
 from collections.abc import Iterator
 from typing import Any, Final
 
-from mpmworlds.baselines.search.prior import QUARTILES, Prior
+from mpmworlds.baselines.search.prior import LATEST, QUARTILES, Prior
 from mpmworlds.baselines.search.trials.readings import Trial
 from mpmworlds.baselines.search.trials.search import Search
 
 Data = dict[str, Any]
 
 AS_GOOD: Final = 1.2  # loss over the best one's of a scene that is as likely
-LATEST: Final = 0.05  # time after the prefix when what moves in it stops at least [s]
 
 
 def proposals(search: Search, prior: Prior, end: float, count: int) -> list[Trial]:
@@ -69,10 +67,7 @@ def _lead(thing: Data, prior: Prior, part: float, end: float) -> None:
     motion = thing.get("kinematics", {})
     if motion.get("type") != "translate" or motion["stop"] <= end:
         return
-    speed = max(math.hypot(*motion["velocity"]), 1e-3)
-    start = motion.get("start", 0.0)
-    way = prior.way(speed, (end - start) * speed, part)
-    motion["stop"] = max(start + way / speed, end + LATEST)
+    motion["stop"] = prior.stop(motion, end, part)
 
 
 def _pour(thing: Data, prior: Prior, place: int, end: float) -> None:

@@ -9,16 +9,14 @@ from collections.abc import Iterator, Sequence
 from statistics import mean
 from typing import Final
 
+from benchmarks.search.drawn import Pair
+from benchmarks.search.measure import COLUMNS
 from benchmarks.search.rows import FINAL, SPLITS, all_ids, chosen_ids, examples
 
 from mpmworlds.loaders.load import Example
 from mpmworlds.metrics import score
-from mpmworlds.metrics.reduction import reduce_clip
-from mpmworlds.sim.program.link import link
-from mpmworlds.sim.run.run import run
 from mpmworlds.sim.scene.scene import Scene
 
-SHOWN: Final = ("mask_iou", "wmae", "color_tv", "collapse_excess", "anomaly")
 FIRST: Final = 7001  # seeds from here on; no row has any of them
 
 
@@ -35,12 +33,12 @@ def carry_out(options: argparse.Namespace) -> None:
     """Print a row a sample, its means over the seeds."""
     rows = options.release, options.split, options.config
     ids = (all_ids if options.final else chosen_ids)(*rows)
-    print("| row | " + " | ".join(SHOWN) + " | mask_iou of each seed |")
-    print("|---" * (len(SHOWN) + 2) + "|")
+    print("| row | " + " | ".join(COLUMNS) + " | mask_iou of each seed |")
+    print("|---" * (len(COLUMNS) + 2) + "|")
     every: list[list[float]] = []
     for example in examples(*rows, ids, final=options.final):
         found = list(scores_of(example, options.seeds))
-        every.append([mean(s[name] for s in found) for name in SHOWN])
+        every.append([mean(s[name] for s in found) for name in COLUMNS])
         each = ", ".join(f"{s['mask_iou']:.3f}" for s in found)
         print(_line(example.id, every[-1], each), flush=True)
     means = [mean(column) for column in zip(*every, strict=True)]
@@ -53,9 +51,8 @@ def scores_of(example: Example, seeds: int) -> Iterator[dict[str, float]]:
     for seed in range(FIRST, FIRST + seeds):
         data["simulation"]["seed"] = seed
         scene = Scene.from_data(data)
-        drawn = run(link(scene), trusted=True).expect()
-        reduced = reduce_clip(drawn, scene.output.framerate)
-        yield score(reduced[len(example.prefix) :], example.continuation)
+        drawn = Pair(example, scene).frames()
+        yield score(drawn[len(example.prefix) :], example.continuation)
 
 
 def _line(name: str, values: Sequence[float], each: str) -> str:

@@ -1,7 +1,7 @@
 """Shapes as vectors of numbers: where a fit of each kind starts, and what it is."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -49,7 +49,7 @@ class _Measures:
     radii: Floats
 
 
-def starts(mask: Mask, pixels: Pixels, kinds: Collection[str] = ()) -> Iterator[Start]:
+def starts(mask: Mask, pixels: Pixels, kinds: Collection[str] = ()) -> list[Start]:
     """Starts of all kinds but polygons that a mask may be one of.
 
     If some kinds are asked for, starts of those, however unlike them the mask is:
@@ -58,15 +58,13 @@ def starts(mask: Mask, pixels: Pixels, kinds: Collection[str] = ()) -> Iterator[
     seen = _measured(mask, pixels)
     step = 1.0 / pixels.side
     sure = bool(kinds)
+    found: list[Start] = []
     if seen.solid or sure:
-        yield from _asked(_solid(seen, step, sure=sure), kinds)
+        found += _solid(seen, step, sure=sure)
     if not seen.solid or sure:
-        yield from _asked(_rings(mask, pixels, seen, step), kinds)
-        yield from _asked(_fans(seen, step, sure=sure), kinds)
-
-
-def _asked(found: Iterable[Start], kinds: Collection[str]) -> Iterator[Start]:
-    return (start for start in found if not kinds or start.kind in kinds)
+        found += _rings(mask, pixels, seen, step)
+        found += _fans(seen, step, sure=sure)
+    return [start for start in found if not kinds or start.kind in kinds]
 
 
 def _measured(mask: Mask, pixels: Pixels) -> _Measures:

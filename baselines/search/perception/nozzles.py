@@ -11,7 +11,7 @@ import numpy.typing as npt
 from mpmworlds.baselines.search.perception.drops import Drops, all_drops_of, drops_of
 from mpmworlds.baselines.search.perception.evolution import evolve
 from mpmworlds.baselines.search.perception.flow import Flow, Hit
-from mpmworlds.baselines.search.perception.pixels import Pixels
+from mpmworlds.baselines.search.perception.pixels import WALL, Pixels
 from mpmworlds.baselines.search.perception.starts import Starts
 from mpmworlds.baselines.search.perception.tracks import Track
 from mpmworlds.baselines.search.perception.usual_nozzles import unusual
@@ -22,7 +22,6 @@ Data = dict[str, Any]
 MOST_FRAMES: Final = 9  # that a fit compares
 LONGEST: Final = 26  # frames that count at most
 DEPTH: Final = 0.04  # of a nozzle along its jet, which does nothing [m]
-EDGE: Final = 6 / 128  # thickness of walls, which no nozzle reaches into [m]
 NO_DROPS: Final = 10.0  # better fit that a jet must be worth where drops are seen
 CLEARLY: Final = 0.7  # part of a misfit that another look at drops must leave at most
 HOSE_HANDICAP: Final = 0.03  # better fit that a swing must be worth
@@ -200,7 +199,7 @@ def _nozzle(kind: str, v: Mapping[str, float]) -> Data:
 def _inside(x: float, y: float, width: float, heading: float) -> list[float]:
     """Place of a nozzle that lies within the walls, near to one that may not."""
     ahead = np.abs([math.cos(heading), math.sin(heading)])
-    reach = np.minimum(EDGE + 0.5 * (DEPTH * ahead + width * ahead[::-1]), 0.5)
+    reach = np.minimum(WALL + 0.5 * (DEPTH * ahead + width * ahead[::-1]), 0.5)
     found: list[float] = np.clip([x, y], reach, 1.0 - reach).tolist()
     return found
 

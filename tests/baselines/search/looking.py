@@ -9,9 +9,9 @@ from tests.baselines.search.worlds import COLORS, FRAME, prefix_of, world
 PIXELS = Pixels.of(256, 512)
 
 
-def sight_of(scene):
-    """A scene as its prefix shows it."""
-    return look(labels_of(prefix_of(scene)), PIXELS, FRAME, Told(), seed=0)
+def sight_of(scene, told=None):
+    """A scene as its prefix shows it, and what is told of it."""
+    return look(labels_of(prefix_of(scene)), PIXELS, FRAME, told or Told(), seed=0)
 
 
 def seen(*names, **options):

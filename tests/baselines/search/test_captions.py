@@ -5,28 +5,24 @@ from dataclasses import replace
 import pytest
 
 from mpmworlds.baselines.search.assembly import scene_data
-from mpmworlds.baselines.search.guess import look
-from mpmworlds.baselines.search.perception.colors import labels_of
 from mpmworlds.baselines.search.prior import prior
 from mpmworlds.baselines.search.repair import written
 from mpmworlds.baselines.search.side import read_side
 from mpmworlds.loaders.regimes import caption
 from mpmworlds.sim.scene.objects import SHAPES
 from mpmworlds.sim.scene.scene import Scene
-from tests.baselines.search.looking import PIXELS
+from tests.baselines.search.looking import sight_of
 from tests.baselines.search.worlds import (
     COLORS,
     FORM,
-    FRAME,
     checked,
-    prefix_of,
     world,
 )
 
 
 def guessed(scene, told):
     """The scene that its prefix and a caption tell."""
-    sight = look(labels_of(prefix_of(scene)), PIXELS, FRAME, told, seed=0)
+    sight = sight_of(scene, told)
     gravity = sight.gravities[0].value
     return Scene.from_yaml(written(scene_data(sight, told, FORM, prior(), gravity)))
 

@@ -4,14 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-from mpmworlds.baselines.search.guess import look
 from mpmworlds.baselines.search.infer import alone_until
 from mpmworlds.baselines.search.perception.colors import MOST_COLORS, labels_of
 from mpmworlds.baselines.search.perception.laws import amplitude_of
 from mpmworlds.baselines.search.perception.pixels import covered
 from mpmworlds.baselines.search.perception.shapes import fit_shape
 from mpmworlds.baselines.search.prior import prior
-from mpmworlds.baselines.search.side import Told
 from mpmworlds.sim.scene.objects import SHAPES
 from tests.baselines.search.looking import PIXELS, seen, sight_of
 from tests.baselines.search.worlds import COLORS, FRAME, checked, prefix_of, world
@@ -108,8 +106,7 @@ def test_what_lies_near_is_pushed_from_the_first_frame_on():
     assert brick.poses.clear > 8
     data = world("brick", "ball").to_data()
     data["objects"][0]["shape"]["center"] = [0.455, 0.55]  # beside the ball
-    frames = prefix_of(checked(data))
-    things = look(labels_of(frames), PIXELS, FRAME, Told(), seed=0).things
+    things = sight_of(checked(data)).things
     assert [thing.poses.clear for thing in things] == [0, 0]
 
 
@@ -206,8 +203,7 @@ def test_liquid_that_spins_in_flight_tells_gravity():
     data = world("brick", gravity=(-1.6, -6.6)).to_data()
     data["objects"][0]["physics_properties"] = prior().typical("liquid")
     data["objects"][0]["initial_state"]["angular_velocity"] = -3.0
-    frames = prefix_of(checked(data))
-    sight = look(labels_of(frames), PIXELS, FRAME, Told(), seed=0)
+    sight = sight_of(checked(data))
     assert sight.gravities[0].sure
     assert sight.gravities[0].value == pytest.approx((-1.6, -6.6), abs=0.2)
 

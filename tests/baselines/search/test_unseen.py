@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from mpmworlds.baselines.search.prior import prior
+from mpmworlds.baselines.search.prior import LATEST, prior
 from mpmworlds.baselines.search.trials.readings import Trial
-from mpmworlds.baselines.search.unseen import LATEST, proposals, variants
+from mpmworlds.baselines.search.unseen import proposals, variants
 from tests.baselines.search.worlds import world
 
 END = 0.74
