@@ -99,6 +99,11 @@ class Prior:
         known = self.contacts.get(thing["shape"]["type"], {})
         return dict(self.contact) | known.get(motion_of(thing), {})
 
+    def usual_friction(self, law: str, friction: float) -> float:
+        """Friction nearest to one that walls of a law have in train; itself if none."""
+        (usual,) = [w["frictions"] for w in self.walls if w["contact"] == law] or [()]
+        return min(usual, key=lambda one: abs(one - friction), default=friction)
+
     def belt_share(self, thing: Mapping[str, Any]) -> float:
         """Share of belts among still colliders of the shape of one."""
         return self.belts.get(thing["shape"]["type"], 0.0)

@@ -32,6 +32,7 @@ def exact(data: Data, doubt: Doubt, prior: Prior) -> Iterator[tuple[str, Data]]:
         What is usual.
     """
     yield from _gravities(data, doubt, prior)
+    yield from _walls(data, doubt, prior)
     for number, thing in enumerate(data["objects"]):
         known = doubt.told.get(number, {})
         if "initial_state" in thing and number not in doubt.started:
@@ -63,3 +64,12 @@ def _gravities(data: Data, doubt: Doubt, prior: Prior) -> Iterator[tuple[str, Da
                 pull(axis, doubt.flights)(changed, value[axis] - own[axis])
             changed["environment"]["gravity"] = value
             yield "a usual gravity", changed
+
+
+def _walls(data: Data, doubt: Doubt, prior: Prior) -> Iterator[tuple[str, Data]]:
+    walls = data["environment"]["walls"]
+    friction = prior.usual_friction(walls["contact"], walls["friction"])
+    if doubt.walls and friction != walls["friction"]:
+        changed = copy.deepcopy(data)
+        changed["environment"]["walls"]["friction"] = friction
+        yield "a usual friction of the walls", changed

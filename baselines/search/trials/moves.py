@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from mpmworlds.baselines.search.prior import FRICTIONLESS
 from mpmworlds.baselines.search.repair import scaled
 
 Data = dict[str, Any]
@@ -93,6 +94,8 @@ def moves_of(
             yield replace(move, weight=move.weight * max(loss, FAINTEST))
         if "contact" in thing and "contact" not in doubt.told.get(number, {}):
             yield Move(f"{number}.friction", 0.3, 0.4, _friction(number))
+    if doubt.walls and data["environment"]["walls"]["contact"] not in FRICTIONLESS:
+        yield Move("walls.friction", 0.1, 0.3, _rougher)
     for axis in doubt.gravity:
         yield Move(f"gravity[{axis}]", 0.15, 0.35, pull(axis, doubt.flights))
 
@@ -204,6 +207,12 @@ def _friction(number: int) -> Callable[[Data, float], None]:
         contact["friction"] = min(max(contact["friction"] + by, 0.0), MOST_FRICTION)
 
     return change
+
+
+def _rougher(data: Data, by: float) -> None:
+    walls = data["environment"]["walls"]
+    friction = min(max(walls["friction"] + by, 0.0), MOST_FRICTION)
+    data["environment"]["walls"] = walls | {"friction": friction}
 
 
 def _of_flight(number: int, *, flown: bool) -> Iterator[Move]:

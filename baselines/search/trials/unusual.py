@@ -27,6 +27,7 @@ NONE: Final = 0.003  # share of scenes that have what none of train has, at most
 THIN: Final = 0.001  # loss that one is worth which is a deviation denser, or less
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
+UNEVEN: Final = 0.06  # loss that walls are worth whose friction is 1 off usual ones
 RARE: Final = 0.01  # loss that a gravity is worth which is neither usual nor seen
 
 
@@ -47,6 +48,7 @@ def unusual(data: Data, prior: Prior, gravity: Sequence[float] | None) -> float:
     law = data["environment"]["walls"]["contact"]
     shares = [w["share"] for w in prior.walls if w["contact"] == law]
     walls = rarity(shares[0]) if shares else 0.0
+    walls += _uneven(data["environment"]["walls"], prior)
     matter = sum(rare(name, prior) for name in names) / max(len(names), 1)
     jets = sum(map(_crowded, data["objects"]))
     pull = RARE * (gravity is None and not customary(data, prior))
@@ -65,6 +67,12 @@ def customary(data: Data, prior: Prior) -> bool:
     """
     gravity = list(data["environment"]["gravity"])
     return any(list(usual["value"]) == gravity for usual in prior.gravities)
+
+
+def _uneven(walls: Data, prior: Prior) -> float:
+    """Walls have one of a handful of frictions."""
+    usual = prior.usual_friction(walls["contact"], walls["friction"])
+    return UNEVEN * abs(walls["friction"] - usual)
 
 
 def _laws(things: Sequence[Data], walls: str) -> float:

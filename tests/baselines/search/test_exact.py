@@ -52,6 +52,20 @@ def test_a_gravity_that_is_far_or_known_is_left(gravity, doubted):
     assert tried(scene(gravity), gravity=doubted) == {}
 
 
+def on_walls(law, friction):
+    data = scene()
+    data["environment"]["walls"] |= {"contact": law, "friction": friction}
+    return data
+
+
+def test_a_friction_of_the_walls_is_tried_as_the_nearest_usual_one():
+    odd, usual = on_walls("slip", 0.17), on_walls("slip", 0.2)
+    assert tried(odd) == {"a usual friction of the walls": usual}
+    assert unusual(usual, prior(), None) < unusual(odd, prior(), None)
+    assert unusual(odd, prior(), None) < unusual(on_walls("slip", 0.15), prior(), None)
+    assert tried(odd, walls=False) == tried(usual) == {}
+
+
 def test_a_spin_that_is_not_seen_is_tried_without():
     (changed,) = tried(scene(spin=0.4)).values()
     assert changed == scene()

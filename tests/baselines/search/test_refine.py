@@ -1,6 +1,7 @@
 """Numbers are found in few runs, and what promises most is tried first."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -161,3 +162,17 @@ def test_another_gravity_leaves_flights_where_they_were_seen():
 
     off = [abs(height(changed, t) - height(data, t)) for t in (0.1, 0.2, 0.3, 0.4)]
     assert max(off) < 0.25 * 0.5 * 0.4**2
+
+
+def test_the_friction_of_walls_is_moved_where_it_tells_and_is_not_told():
+    data = world("brick").to_data()
+    before = data["environment"]["walls"] = {"contact": "slip", "friction": 0.2}
+    doubt = Doubt({}, {}, (), (), walls=True)
+    (move,) = (m for m in moves_of(data, doubt, {}) if m.what == "walls.friction")
+    changed = [move.of(data, by)["environment"]["walls"] for by in (0.05, -0.5, 2.0)]
+    assert [walls["friction"] for walls in changed] == pytest.approx([0.25, 0.0, 1.0])
+    assert before == {"contact": "slip", "friction": 0.2}
+    told = replace(doubt, walls=False)
+    assert not any("walls" in m.what for m in moves_of(data, told, {}))
+    before["contact"] = "sticky"
+    assert not any("walls" in m.what for m in moves_of(data, doubt, {}))
