@@ -71,8 +71,8 @@ def customary(data: Data, prior: Prior) -> bool:
 
 def _uneven(walls: Data, prior: Prior) -> float:
     """Walls have one of a handful of frictions."""
-    usual = prior.usual_friction(walls["contact"], walls["friction"])
-    return UNEVEN * abs(walls["friction"] - usual)
+    friction: float = walls["friction"]
+    return UNEVEN * abs(friction - prior.usual_friction(walls["contact"], friction))
 
 
 def _laws(things: Sequence[Data], walls: str) -> float:

@@ -146,6 +146,18 @@ def test_a_particle_that_is_once_not_finite_or_outside_is_lost(value):
     assert found(states_of(x)).lost == 1
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="programs clamp a place that is NaN into a corner, so that it looks finite; "
+    "the families p0149 and p0737 rest on such trials and have to be planned anew",
+)
+def test_a_particle_whose_velocity_is_not_finite_is_lost():
+    states = states_of(still())
+    states.velocities[40:, 7] = np.nan
+    shown = found(states)
+    assert fault(shown) == "not_finite_or_outside"
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf, -0.01, 1.01])
 def test_a_rigid_body_that_is_once_not_finite_or_outside_is_lost(value):
     poses = np.full((FRAMES, 2, 3), 0.5)
