@@ -95,7 +95,7 @@ def moves_of(
         if "contact" in thing and "contact" not in doubt.told.get(number, {}):
             yield Move(f"{number}.friction", 0.3, 0.4, _friction(number))
     if doubt.walls and data["environment"]["walls"]["contact"] not in FRICTIONLESS:
-        yield Move("walls.friction", 0.1, 0.3, _rougher)
+        yield Move("walls.friction", 0.1, 0.3, _rougher_walls)
     for axis in doubt.gravity:
         yield Move(f"gravity[{axis}]", 0.15, 0.35, pull(axis, doubt.flights))
 
@@ -203,16 +203,17 @@ def pull(axis: int, flights: Mapping[int, float]) -> Callable[[Data, float], Non
 
 def _friction(number: int) -> Callable[[Data, float], None]:
     def change(data: Data, by: float) -> None:
-        contact = data["objects"][number]["contact"]
-        contact["friction"] = min(max(contact["friction"] + by, 0.0), MOST_FRICTION)
+        _roughen(data["objects"][number]["contact"], by)
 
     return change
 
 
-def _rougher(data: Data, by: float) -> None:
-    walls = data["environment"]["walls"]
-    friction = min(max(walls["friction"] + by, 0.0), MOST_FRICTION)
-    data["environment"]["walls"] = walls | {"friction": friction}
+def _rougher_walls(data: Data, by: float) -> None:
+    _roughen(data["environment"]["walls"], by)
+
+
+def _roughen(surface: Data, by: float) -> None:
+    surface["friction"] = min(max(surface["friction"] + by, 0.0), MOST_FRICTION)
 
 
 def _of_flight(number: int, *, flown: bool) -> Iterator[Move]:

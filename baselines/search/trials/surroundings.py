@@ -65,9 +65,8 @@ class Surroundings:
                 key = law, classes_of(before.data)
                 if key in self._out and law != now["contact"]:
                     continue
-                place = min(
-                    range(len(usual)), key=lambda k: abs(usual[k] - now["friction"])
-                )
+                nearest = self._prior.usual_friction(law, now["friction"])
+                place = usual.index(nearest)
                 reach = 1 if law == now["contact"] else 0
                 for friction in usual[max(place - reach, 0) : place + reach + 1]:
                     loss = self._try_walls(before.data, law, friction)
