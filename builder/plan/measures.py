@@ -25,9 +25,12 @@ Mask = npt.NDArray[np.bool_]
 
 
 def inside(states: States) -> Mask:
-    """Which particles are in the domain, (T, N); one that is NaN is not."""
-    x = states.positions
-    return np.asarray(((x > 0.0) & (x < 1.0)).all(axis=2))
+    """Which particles are in the domain, (T, N); one that is NaN is not.
+
+    A program clamps places into the domain, NaN to a corner: velocities tell it.
+    """
+    x, finite = states.positions, np.isfinite(states.velocities)
+    return np.asarray(((x > 0.0) & (x < 1.0) & finite).all(axis=2))
 
 
 def lost(states: States) -> int:

@@ -209,8 +209,8 @@ def fault(found: Findings) -> str | None:
         return "blank"
     for name, reason in REASONS.items():
         value = getattr(found, name)
-        if value < LEAST.get(name, value) or value > MOST.get(name, value):
-            return reason
+        if not LEAST.get(name, -math.inf) <= value <= MOST.get(name, math.inf):
+            return reason  # so is what is NaN
     return None
 
 

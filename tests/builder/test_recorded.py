@@ -30,17 +30,17 @@ PROFILE = Profile.from_params(
 )
 PINNED = {
     "full.evaluation.parquet": (
-        "617867c0d2bfa322e8bc6791e5673a5fb9e458435b6b369737374e7259ec59df"
+        "68934a5f3b034443b3839f9fbccb78cde66c6785e04e6c19bbf28a5a9bed8e7d"
     ),
-    "full.jsonl": ("9732db56b4d8a6e0d8aa25ce1e32709f53d963f74f6b5ba483c63c6c4455f348"),
+    "full.jsonl": ("1059472d42dab9ce19a7657c5718a38877f5107490de3d3812bad814c999acf5"),
     "full.parquet": (
-        "3dfc5ae6685164115d1cef33a3cba5f7e4a2666626d78a9de2a3915ac47aa106"
+        "3a24302876a7ca8714117f882c537e9d93e02c811fced27157f550693c1b857c"
     ),
     "full.rejected.json": (
-        "557fcf2a9e606103bb9230abc3b139322fc456a4003a9d3202ce0c154435b52e"
+        "29d659a1cb17626c72faab566687f9fdd2a4477dc31d6179c9d24b4343535466"
     ),
     "full.trials.parquet": (
-        "71b97f2abfc5ae306df3f446789d86e2c4c0f1dd564bb216a85ddfd57a0b43b6"
+        "8ba19b51fbdaf52b56a1dc2ce4a60221a453e5a1463993cb2d625f464e951f36"
     ),
 }
 SPOTS = ("s07", "p0000", "p0500", "p0964")  # families that are planned anew
