@@ -99,9 +99,11 @@ class Prior:
         known = self.contacts.get(thing["shape"]["type"], {})
         return dict(self.contact) | known.get(motion_of(thing), {})
 
-    def usual_friction(self, law: str, friction: float) -> float:
+    def usual_friction(self, walls: Mapping[str, Any]) -> float:
         """Friction nearest to one that walls of a law have in train; itself if none."""
-        (usual,) = [w["frictions"] for w in self.walls if w["contact"] == law] or [()]
+        friction: float = walls["friction"]
+        alike = [w["frictions"] for w in self.walls if w["contact"] == walls["contact"]]
+        usual = alike[0] if alike else ()
         return min(usual, key=lambda one: abs(one - friction), default=friction)
 
     def belt_share(self, thing: Mapping[str, Any]) -> float:

@@ -103,8 +103,9 @@ def _search(example: Example, options: argparse.Namespace, folder: Path) -> None
         1,
     )
     for minutes in options.minutes:
-        trials = [t for t in found.search.trials if t.spent <= 60.0 * minutes]
-        best = min(trials or found.search.trials[:1], key=lambda t: t.loss)
+        every = found.search.answers
+        trials = [t for t in every if t.spent <= 60.0 * minutes]
+        best = min(trials or every[:1], key=lambda t: t.loss)
         write_atomically(
             _path(folder, example.id, minutes), written(best.data).encode()
         )

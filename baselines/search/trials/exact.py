@@ -67,9 +67,14 @@ def _gravities(data: Data, doubt: Doubt, prior: Prior) -> Iterator[tuple[str, Da
 
 
 def _walls(data: Data, doubt: Doubt, prior: Prior) -> Iterator[tuple[str, Data]]:
-    walls = data["environment"]["walls"]
-    friction = prior.usual_friction(walls["contact"], walls["friction"])
-    if doubt.walls and friction != walls["friction"]:
-        changed = copy.deepcopy(data)
-        changed["environment"]["walls"]["friction"] = friction
+    changed = evened(data, prior)
+    if doubt.walls and changed != data:
         yield "a usual friction of the walls", changed
+
+
+def evened(data: Data, prior: Prior) -> Data:
+    """A scene with the usual friction of walls that is nearest to its own."""
+    changed = copy.deepcopy(data)
+    walls = changed["environment"]["walls"]
+    walls["friction"] = prior.usual_friction(walls)
+    return changed

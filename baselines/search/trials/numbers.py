@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from mpmworlds.baselines.search.trials.least_squares import Point, fit_together
-from mpmworlds.baselines.search.trials.moves import Move, moves_of
+from mpmworlds.baselines.search.trials.moves import Doubt, Move, moves_of
 from mpmworlds.baselines.search.trials.readings import Trial
 from mpmworlds.baselines.search.trials.refine import Line, refine
 from mpmworlds.baselines.search.trials.tried import Tried
@@ -20,6 +20,7 @@ MISSED: Final = 0.1  # loss from which on a usual gravity may be refined
 LATE: Final = 2  # looks at all numbers before that
 FINE: Final = 0.08  # part of a first step below which none is worth a run
 LOOKS: Final = 1  # at all numbers of a scene, before what was decided is doubted
+SETTLING: Final = 4  # and where nothing is to be decided any more
 
 
 class Numbers:
@@ -39,13 +40,20 @@ class Numbers:
 
     def together(self, trial: Trial) -> None:
         """All numbers of one scene together."""
+        self._fit(trial, self._tried.known.doubt, LOOKS)
+
+    def but_walls(self, trial: Trial) -> None:
+        """All numbers of one scene but those of its walls, until that helps no more."""
+        self._fit(trial, replace(self._tried.known.doubt, walls=False), SETTLING)
+
+    def _fit(self, trial: Trial, doubt: Doubt, looks: int) -> None:
         seen = self._tried.lab.losses(trial.data)
         fit_together(
             Point(trial.data, trial.loss, seen.residual),
-            self._moves(trial.data, seen.by_color, fine=trial.loss < NEAR),
+            self._moves(trial.data, doubt, seen.by_color, fine=trial.loss < NEAR),
             self._point,
             self._going,
-            LOOKS,
+            looks,
         )
         self.looks += 1
 
@@ -55,7 +63,7 @@ class Numbers:
         refine(
             trial.data,
             trial.loss,
-            self._moves(trial.data, by_color),
+            self._moves(trial.data, self._tried.known.doubt, by_color),
             lambda data, what: self._tried.run(data, what).loss,
             FINE,
             self._going,
@@ -64,15 +72,19 @@ class Numbers:
 
     def scattered(self, data: Data, distance: float, draw: np.random.Generator) -> Data:
         """A scene whose numbers are moved by so many first steps, about."""
-        for move in self._moves(data, {}, fine=True):
+        for move in self._moves(data, self._tried.known.doubt, {}, fine=True):
             data = move.of(data, distance * move.step * draw.standard_normal())
         return data
 
     def _moves(
-        self, data: Data, by_color: Mapping[str, float], *, fine: bool = False
+        self,
+        data: Data,
+        doubt: Doubt,
+        by_color: Mapping[str, float],
+        *,
+        fine: bool = False,
     ) -> list[Move]:
         """What may be changed; a usual gravity only if nothing else has helped."""
-        doubt = self._tried.known.doubt
         settled = self._tried.best.loss < MISSED or self.looks < LATE
         if settled and customary(data, self._tried.prior):
             doubt = replace(doubt, gravity=())

@@ -4,13 +4,14 @@ import copy
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from mpmworlds.baselines.search.matter import of_matter
 from mpmworlds.baselines.search.trials.classes import Classes
-from mpmworlds.baselines.search.trials.exact import exact
+from mpmworlds.baselines.search.trials.exact import evened, exact
 from mpmworlds.baselines.search.trials.lab import BudgetSpent
 from mpmworlds.baselines.search.trials.numbers import Numbers
 from mpmworlds.baselines.search.trials.readings import (
@@ -20,6 +21,7 @@ from mpmworlds.baselines.search.trials.readings import (
 )
 from mpmworlds.baselines.search.trials.surroundings import OFTEN_BELTS, Surroundings
 from mpmworlds.baselines.search.trials.tried import Tried
+from mpmworlds.baselines.search.trials.unusual import passing
 
 Data = dict[str, Any]
 
@@ -35,6 +37,7 @@ GROWTH: Final = 1.4  # of that distance after one that was worth a look
 IDLE: Final = 8  # beginnings in a row that are known already: nothing else is possible
 FINALISTS: Final = 5  # scenes of far gravities that see the whole prefix
 READING: Final = "another reading of the prefix"
+EVENED: Final = "a usual friction of the walls in the end"
 USUAL: Final = 3  # classes of matter that scenes of far gravities are tried with
 SWAPPED: Final = 0.2  # how often a class is another one then, and how often the walls
 
@@ -91,9 +94,15 @@ class Search:
         if not self.trials:  # the budget is of no run
             self.trials.append(Trial(math.inf, scenes[0], "first guess"))
 
+    @property
+    def answers(self) -> list[Trial]:
+        """All of them, with losses by which to choose what to answer with."""
+        prior = self._tried.prior
+        return [replace(t, loss=t.loss + passing(t.data, prior)) for t in self.trials]
+
     def candidates(self, count: int) -> list[Trial]:
         """The best scenes that differ in more than small numbers, best first."""
-        return distinct(self.trials, reading_of)[:count]
+        return distinct(self.answers, reading_of)[:count]
 
     def _readings(self, scenes: Sequence[Data]) -> None:
         """Scenes of another gravity, law or nozzle, of the best matter and walls."""
@@ -138,6 +147,7 @@ class Search:
                 break
         self._numbers.one_by_one(self.best)
         self._exactly()
+        self._settle()
         for rival in distinct(self.trials, reading_of)[1:]:
             if rival.loss < RUNNER_UP * self.best.loss:
                 self._numbers.together(rival)
@@ -160,6 +170,17 @@ class Search:
         tried, best = self._tried, self.best.data
         for what, changed in exact(best, tried.known.doubt, tried.prior):
             tried.run(changed, what)
+
+    def _settle(self) -> None:
+        """Walls with a usual friction, as all have, and the other numbers with that.
+
+        What was found together with another friction makes up for it in the prefix.
+        """
+        self._surroundings.other_walls(all_laws=True)
+        best = self.best.data
+        even = evened(best, self._tried.prior)
+        if self._tried.known.doubt.walls and even != best:
+            self._numbers.but_walls(self._tried.run(even, EVENED))
 
     def _runner_up(self) -> None:
         """The best scene of other classes, of another law of walls or far gravity.

@@ -52,11 +52,14 @@ class Surroundings:
                     self._try_walls(start.data, walls["contact"], friction)
         self._everywhere()
 
-    def other_walls(self) -> None:
+    def other_walls(self, *, all_laws: bool = False) -> None:
         """Other laws of the walls, and a little more and less friction, while it helps.
 
-        Frictions are those that are usual: most scenes have one of a handful.
+        Frictions are those that are usual: most scenes have one of a handful. Laws that
+        were hopeless when other numbers were not known are tried if `all_laws`.
         """
+        if all_laws:
+            self._out.clear()
         while self._doubted:
             before = self._tried.best
             now = before.data["environment"]["walls"]
@@ -65,7 +68,7 @@ class Surroundings:
                 key = law, classes_of(before.data)
                 if key in self._out and law != now["contact"]:
                     continue
-                nearest = self._prior.usual_friction(law, now["friction"])
+                nearest = self._prior.usual_friction(now | {"contact": law})
                 place = usual.index(nearest)
                 reach = 1 if law == now["contact"] else 0
                 for friction in usual[max(place - reach, 0) : place + reach + 1]:

@@ -28,6 +28,7 @@ THIN: Final = 0.001  # loss that one is worth which is a deviation denser, or le
 UNSURE: Final = 0.15  # difference from a gravity that was measured [m/s^2]
 ASTRAY: Final = 0.004  # loss that so large a one is worth
 UNEVEN: Final = 0.06  # loss that walls are worth whose friction is 1 off usual ones
+ODD_WALLS: Final = 0.01  # and what such a scene is worth in the end, more than that
 RARE: Final = 0.01  # loss that a gravity is worth which is neither usual nor seen
 
 
@@ -72,7 +73,17 @@ def customary(data: Data, prior: Prior) -> bool:
 def _uneven(walls: Data, prior: Prior) -> float:
     """Walls have one of a handful of frictions."""
     friction: float = walls["friction"]
-    return UNEVEN * abs(friction - prior.usual_friction(walls["contact"], friction))
+    return UNEVEN * abs(friction - prior.usual_friction(walls))
+
+
+def passing(data: Data, prior: Prior) -> float:
+    """Loss that makes up for what a scene may have on the way only, not in the end.
+
+    Numbers that are found together pass through frictions of walls that none has.
+    """
+    walls = data["environment"]["walls"]
+    usual: bool = walls["friction"] == prior.usual_friction(walls)
+    return 0.0 if usual else ODD_WALLS
 
 
 def _laws(things: Sequence[Data], walls: str) -> float:

@@ -4,11 +4,16 @@ import math
 
 import pytest
 
+from mpmworlds.baselines.search.perception.colors import labels_of
 from mpmworlds.baselines.search.prior import prior
 from mpmworlds.baselines.search.trials.exact import exact
+from mpmworlds.baselines.search.trials.lab import Lab
 from mpmworlds.baselines.search.trials.moves import Doubt
-from mpmworlds.baselines.search.trials.unusual import unusual
-from tests.baselines.search.worlds import world
+from mpmworlds.baselines.search.trials.readings import Trial
+from mpmworlds.baselines.search.trials.search import Search
+from mpmworlds.baselines.search.trials.tried import Known, Tried
+from mpmworlds.baselines.search.trials.unusual import ODD_WALLS, unusual
+from tests.baselines.search.worlds import FORM, prefix_of, world
 
 TILTED = [0.9, -10.0]
 
@@ -64,6 +69,23 @@ def test_a_friction_of_the_walls_is_tried_as_the_nearest_usual_one():
     assert unusual(usual, prior(), None) < unusual(odd, prior(), None)
     assert unusual(odd, prior(), None) < unusual(on_walls("slip", 0.15), prior(), None)
     assert tried(odd, walls=False) == tried(usual) == {}
+
+
+@pytest.mark.parametrize(
+    ("saved", "answered"), [(0.5 * ODD_WALLS, 0.2), (2.0 * ODD_WALLS, 0.17)]
+)
+def test_an_odd_friction_of_the_walls_is_answered_with_only_if_much_tells_so(
+    saved, answered
+):
+    odd, usual = on_walls("slip", 0.17), on_walls("slip", 0.2)
+    doubt = Doubt({}, {}, (), (), walls=True)
+    with Lab(labels_of(prefix_of(world("brick"))), FORM, 1, 1.0) as lab:
+        search = Search(Tried(lab, prior(), Known(doubt, None, {}, (), {})))
+        trials = Trial(0.05 - saved, odd, "odd"), Trial(0.05, usual, "usual")
+        search.trials.extend(trials)
+        assert search.best.data == odd  # from where search goes on
+        (answer,) = search.candidates(1)
+    assert answer.data["environment"]["walls"]["friction"] == answered
 
 
 def test_a_spin_that_is_not_seen_is_tried_without():

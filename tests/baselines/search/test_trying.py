@@ -1,5 +1,6 @@
 """What cannot be seen is told apart by simulation, within a budget."""
 
+import copy
 import dataclasses
 import itertools
 
@@ -20,7 +21,7 @@ from mpmworlds.baselines.search.trials.classes import Classes
 from mpmworlds.baselines.search.trials.lab import BudgetSpent, Lab
 from mpmworlds.baselines.search.trials.loss import Reference
 from mpmworlds.baselines.search.trials.moves import Doubt
-from mpmworlds.baselines.search.trials.search import Search
+from mpmworlds.baselines.search.trials.search import EVENED, Search
 from mpmworlds.baselines.search.trials.tried import Known, Tried
 from mpmworlds.builder.seeds import load_seeds
 from mpmworlds.loaders.load import Example
@@ -28,7 +29,7 @@ from mpmworlds.loaders.prompts import VideoForm
 from mpmworlds.loaders.regimes import REGIMES
 from mpmworlds.sim.scene.objects import MATERIALS
 from mpmworlds.sim.scene.scene import Scene
-from tests.baselines.search.worlds import FORM, FRAMES, prefix_of, world
+from tests.baselines.search.worlds import FORM, FRAMES, checked, prefix_of, world
 
 SMALL = VideoForm(150, 15, 128)
 # Of one family: what differs between these shows in more than 2.5 s of a small fall.
@@ -105,6 +106,25 @@ def test_a_gravity_that_no_flight_tells_is_found_with_common_matter():
         search.run([wrong], far=[right])
         assert search.best.data["environment"]["gravity"] == [3.5, -6.6]
         assert search.best.loss < 0.1
+
+
+def test_walls_end_with_a_friction_that_walls_have():
+    """Other numbers are found again with it, not only put beside it."""
+    truth = fall("elastic").to_data()
+    truth["environment"]["walls"]["friction"] = 0.2
+    start = copy.deepcopy(truth)
+    start["environment"]["walls"]["friction"] = 0.24
+    start["objects"][0]["physics_properties"]["youngs_modulus"] *= 1.3
+    told = dict(enumerate(truth["objects"]))
+    told[0] = {k: v for k, v in told[0].items() if k != "physics_properties"}
+    known = Known(Doubt(told, {}, (), (), walls=True), (0.0, -9.8), {0: 5}, (), {})
+    with Lab(labels_of(prefix_of(checked(truth))), SMALL, 120, 1e6) as lab:
+        search = Search(Tried(lab, prior(), known))
+        search.run([start])
+        (found,) = search.candidates(1)
+        assert found.data["environment"]["walls"]["friction"] == 0.2
+        assert any(t.what == EVENED for t in search.trials)
+        assert lab.loss(found.data) < 0.5 * lab.loss(start)
 
 
 def test_common_classes_are_tried_of_each_thing():
