@@ -102,8 +102,8 @@ def _search(example: Example, options: argparse.Namespace, folder: Path) -> None
         Budget(ENDLESS, most),
         1,
     )
+    every = found.search.answers
     for minutes in options.minutes:
-        every = found.search.answers
         trials = [t for t in every if t.spent <= 60.0 * minutes]
         best = min(trials or every[:1], key=lambda t: t.loss)
         write_atomically(

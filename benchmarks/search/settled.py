@@ -7,8 +7,9 @@ from typing import Final
 import numpy as np
 from benchmarks.search.drawn import Pair, add_results, pairs
 
+from mpmworlds.baselines.search.counting import write_prior
 from mpmworlds.baselines.search.perception.colors import labels_of
-from mpmworlds.baselines.search.prior import prior, write_prior
+from mpmworlds.baselines.search.prior import prior
 from mpmworlds.baselines.search.settling import carried, matter_of, settled
 from mpmworlds.metrics import score
 

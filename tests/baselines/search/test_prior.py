@@ -5,7 +5,8 @@ import math
 
 import pytest
 
-from mpmworlds.baselines.search.prior import FAR, counted, prior
+from mpmworlds.baselines.search.counting import FAR, counted
+from mpmworlds.baselines.search.prior import prior
 from mpmworlds.sim.scene.objects import MATERIALS
 from tests.baselines.search.worlds import world
 
